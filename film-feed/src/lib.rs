@@ -1,0 +1,1 @@
+//! The film feed: PLC block, bus, drive and film in one chain.

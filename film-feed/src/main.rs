@@ -1,0 +1,2 @@
+//! The film feed application.
+fn main() {}

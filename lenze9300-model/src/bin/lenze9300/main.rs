@@ -1,0 +1,2 @@
+//! The modelled drive as a process.
+fn main() {}

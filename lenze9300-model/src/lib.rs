@@ -1,0 +1,1 @@
+//! A Lenze 9300 servo position controller as a model.
