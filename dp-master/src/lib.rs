@@ -35,6 +35,8 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub mod address;
+#[cfg(feature = "std")]
+pub mod phy;
 pub mod station;
 pub mod time;
 pub mod wire;
