@@ -46,24 +46,50 @@ mod tests {
     use super::*;
 
     fn clamped(velocity: i16, mark_velocity: i16, acceleration: i16, distance: i16) -> [i16; 4] {
-        let mut inputs = Inputs { velocity, mark_velocity, acceleration, distance, ..Inputs::default() };
+        let mut inputs = Inputs {
+            velocity,
+            mark_velocity,
+            acceleration,
+            distance,
+            ..Inputs::default()
+        };
         clamp(&mut inputs);
-        [inputs.velocity, inputs.mark_velocity, inputs.acceleration, inputs.distance]
+        [
+            inputs.velocity,
+            inputs.mark_velocity,
+            inputs.acceleration,
+            inputs.distance,
+        ]
     }
 
     #[test]
     fn a_negative_distance_becomes_the_maximum_and_the_other_negatives_the_minimum() {
         assert_eq!(clamped(-1, -1, -1, -1), [1_000, 1_000, 1_000, 20_000]);
-        assert_eq!(clamped(i16::MIN, i16::MIN, i16::MIN, i16::MIN), [1_000, 1_000, 1_000, 20_000]);
+        assert_eq!(
+            clamped(i16::MIN, i16::MIN, i16::MIN, i16::MIN),
+            [1_000, 1_000, 1_000, 20_000]
+        );
     }
 
     #[test]
     fn bounds_are_kept_and_what_lies_between_is_untouched() {
-        assert_eq!(clamped(1_000, 1_000, 1_000, 2_000), [1_000, 1_000, 1_000, 2_000]);
-        assert_eq!(clamped(10_000, 10_000, 10_000, 20_000), [10_000, 10_000, 10_000, 20_000]);
+        assert_eq!(
+            clamped(1_000, 1_000, 1_000, 2_000),
+            [1_000, 1_000, 1_000, 2_000]
+        );
+        assert_eq!(
+            clamped(10_000, 10_000, 10_000, 20_000),
+            [10_000, 10_000, 10_000, 20_000]
+        );
         assert_eq!(clamped(999, 999, 999, 1_999), [1_000, 1_000, 1_000, 2_000]);
-        assert_eq!(clamped(10_001, 10_001, 10_001, 20_001), [10_000, 10_000, 10_000, 20_000]);
-        assert_eq!(clamped(5_000, 4_000, 3_000, 12_000), [5_000, 4_000, 3_000, 12_000]);
+        assert_eq!(
+            clamped(10_001, 10_001, 10_001, 20_001),
+            [10_000, 10_000, 10_000, 20_000]
+        );
+        assert_eq!(
+            clamped(5_000, 4_000, 3_000, 12_000),
+            [5_000, 4_000, 3_000, 12_000]
+        );
     }
 
     #[test]

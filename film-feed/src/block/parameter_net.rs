@@ -68,7 +68,12 @@ impl ParameterNet {
     }
 
     /// Fires T1…T13 once, in order. T13 exchanges the images: it reads before it writes.
-    pub(crate) fn cycle(&mut self, telegrams: &mut Telegrams, par_adr: u16, periphery: &mut impl Periphery) {
+    pub(crate) fn cycle(
+        &mut self,
+        telegrams: &mut Telegrams,
+        par_adr: u16,
+        periphery: &mut impl Periphery,
+    ) {
         const M1: u16 = place(1);
         const M2: u16 = place(2);
         const M3: u16 = place(3);
@@ -90,7 +95,10 @@ impl ParameterNet {
         if m.fire(M10, M11, true) {
             self.address_register = self.pointer;
         }
-        let telegram = telegrams.at(self.address_register).copied().unwrap_or_default();
+        let telegram = telegrams
+            .at(self.address_register)
+            .copied()
+            .unwrap_or_default();
         // T3
         m.fire(M2, M3, telegram.is_read());
         // T4

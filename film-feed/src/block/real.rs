@@ -26,14 +26,22 @@ pub(crate) fn mul(a: f32, b: f32) -> f32 {
 /// number either way. See `PARITY.md`.
 pub(crate) fn div(dividend: f32, divisor: f32) -> f32 {
     if divisor == 0.0 && !dividend.is_nan() {
-        return if dividend >= 0.0 { f32::INFINITY } else { f32::NEG_INFINITY };
+        return if dividend >= 0.0 {
+            f32::INFINITY
+        } else {
+            f32::NEG_INFINITY
+        };
     }
     canonical(dividend / divisor)
 }
 
 /// One bit pattern for all NaN: which one the host's unit makes is not defined, and replay compares bits.
 fn canonical(value: f32) -> f32 {
-    if value.is_nan() { f32::from_bits(NAN_BITS) } else { value }
+    if value.is_nan() {
+        f32::from_bits(NAN_BITS)
+    } else {
+        value
+    }
 }
 
 #[cfg(test)]

@@ -41,7 +41,12 @@ impl ParameterTelegram {
     /// The telegram in 8 octets from the bus. Every pattern is one.
     pub fn from_bytes(octets: [u8; 8]) -> Self {
         let [service, subindex, i1, i0, d3, d2, d1, d0] = octets;
-        Self { service, subindex, index: u16::from_be_bytes([i1, i0]), data: u32::from_be_bytes([d3, d2, d1, d0]) }
+        Self {
+            service,
+            subindex,
+            index: u16::from_be_bytes([i1, i0]),
+            data: u32::from_be_bytes([d3, d2, d1, d0]),
+        }
     }
 
     /// State of the handshake bit.
@@ -115,13 +120,22 @@ impl Telegrams {
         }
         // The original multiplies as DINT after loading the INT without its sign. Clamped values have none to lose.
         let scaled = |int: i16, factor: u32| u32::from(int as u16) * factor;
-        let [velocity, mark_velocity, acceleration, distance, feed, numerator, denominator] = &mut self.0;
+        let [
+            velocity,
+            mark_velocity,
+            acceleration,
+            distance,
+            feed,
+            numerator,
+            denominator,
+        ] = &mut self.0;
         velocity.data = scaled(inputs.velocity, PERCENT_TO_CODE);
         mark_velocity.data = scaled(inputs.mark_velocity, PERCENT_TO_CODE);
         acceleration.data = scaled(inputs.acceleration, PERCENT_TO_CODE);
         distance.data = scaled(inputs.distance, DISTANCE_TO_CODE);
 
-        let constant = |telegram: &ParameterTelegram| real::div(real::dtr(telegram.data as i32), CODE_SCALE);
+        let constant =
+            |telegram: &ParameterTelegram| real::div(real::dtr(telegram.data as i32), CODE_SCALE);
         Constants {
             feed_constant: constant(feed),
             gear_numerator: constant(numerator),
@@ -176,7 +190,11 @@ mod tests {
         ];
         for (slot, octets) in (0u16..).zip(expected) {
             let telegram = telegrams.at(Telegrams::FIRST + 8 * slot).copied();
-            assert_eq!(telegram, Some(ParameterTelegram::from_bytes(octets)), "telegram {slot}");
+            assert_eq!(
+                telegram,
+                Some(ParameterTelegram::from_bytes(octets)),
+                "telegram {slot}"
+            );
             assert_eq!(telegram.unwrap().to_bytes(), octets);
         }
         assert_eq!(telegrams.at(Telegrams::FIRST + 56), None);
