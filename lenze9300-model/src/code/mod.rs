@@ -1,0 +1,18 @@
+//! The drive's codes: what the parameter channel, the keypad and the system bus read and write.
+//!
+//! [`table`] declares every code once; ranges, messages and factory values derive from it. [`CodeStore`] holds the
+//! values, [`CodeError`] is the negative answer. A code that is not in the table does not exist (error 6/7/0000), so
+//! that nobody relies on an invented number.
+//!
+//! Values are signed 32-bit fixed point with four decimals (×10000), as the bus carries them, unless the table says
+//! [`Form::Plain`]. Source: 9300 facts 3.2, 3.3, 3.4, 4.4.
+
+mod error;
+mod motor_list;
+mod store;
+pub mod table;
+
+pub use error::{CodeError, ErrorReply};
+pub use motor_list::{MOTOR_LIST, MotorEntry};
+pub use store::{CodeStore, Inhibit, WIRED_POSITIONS, WiredPosition, WriteEffect};
+pub use table::{CODE_TABLE, CodeEntry, Concern, DataLength, Domain, Form, Kind, Writable, entry};

@@ -1,0 +1,134 @@
+//! What goes into and comes out of the positioning program each millisecond.
+
+use super::record::RecordNumber;
+use super::touch_probe::TouchEvent;
+
+/// The inputs of one 1 ms tick. Levels as inside the drive: all high active.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TraverseInputs {
+    /// POS-PRG-START: a rising edge starts.
+    pub start: bool,
+    /// POS-PRG-STOP: interrupts; dominates `start`.
+    pub stop: bool,
+    /// POS-PRG-RESET: ends the program.
+    pub reset: bool,
+    /// MANUAL: jog mode.
+    pub manual: bool,
+    /// MANUAL-POS.
+    pub manual_pos: bool,
+    /// MANUAL-NEG.
+    pub manual_neg: bool,
+    /// Program function input 01.
+    pub pfi01: bool,
+    /// Operation enabled, no quick stop, no fault.
+    pub enabled: bool,
+    /// Actual position in inc, counted from the present reference.
+    pub pos_act: i64,
+    /// Actual speed in inc/ms; used when operation is enabled while the axis moves.
+    pub omega_act_inc_per_ms: f64,
+    /// Touch latched since the last tick; the position counts from the same reference as `pos_act`.
+    pub touch: Option<TouchEvent>,
+}
+
+/// The set-values of one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Setpoint {
+    /// Position set-value in whole inc (floor), counted from the reference *after* this tick.
+    pub position: i64,
+    /// Speed feed-forward in inc/ms.
+    #[doc(alias = "POS-NOUT")]
+    pub velocity: f64,
+    /// Whether a motion is under way.
+    pub moving: bool,
+    /// By how much positions grew in this tick through a record "set reference": `new = old + reference_shift`.
+    ///
+    /// The drive adds it to its actual position (and to everything else it counts from the reference) before it
+    /// compares that with `position`; the following error then stays what it was. 0 in all other ticks.
+    pub reference_shift: i64,
+}
+
+/// State of the positioning program after a tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TraverseStatus {
+    /// POS-RUNNING: from the start until program end or reset; stays during an interruption.
+    pub running: bool,
+    /// The program is interrupted by STOP or by the loss of the enable; the next start continues it.
+    pub interrupted: bool,
+    /// POS-ENDED: program end reached regularly; cleared by the next start, by RESET and by STOP.
+    pub ended: bool,
+    /// POS-IN-TARGET: set-value at the target and following error within the window.
+    pub in_target: bool,
+    /// Record being worked off, 1 to 32; the last one after the end; 0 before the first start.
+    pub record: u8,
+    /// A start edge would be taken (after one tick of low level in this state).
+    pub ready_to_start: bool,
+    /// A record with touch probe ended at its target without a touch; cleared by the next start and by RESET.
+    pub no_mark_found: bool,
+    /// A record waits for a touch.
+    pub touch_armed: bool,
+    /// The set-value moves.
+    pub moving: bool,
+    /// Program function outputs, bit 0 = output 1.
+    #[doc(alias = "PFO")]
+    pub outputs: u16,
+    /// Target in inc, counted from the reference.
+    #[doc(alias = "POS-SETP")]
+    pub target: i64,
+}
+
+/// Something worth telling, in the order it happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum TraverseEvent {
+    /// A start edge was taken.
+    ProgramStarted,
+    /// A start edge continued an interrupted program.
+    ProgramContinued,
+    /// A start edge was not taken: not ready, not armed by a low level, or stop or reset present.
+    StartRefused(StartRefusal),
+    /// A record begins.
+    RecordStarted(RecordNumber),
+    /// C1211 names a record that is not programmed; the program did not start.
+    NoSuchRecord(RecordNumber),
+    /// Positions count from another reference: `new = old + shift` inc.
+    SetReference {
+        /// Shift in inc.
+        shift: i64,
+    },
+    /// A touch was taken and made the new target.
+    MarkLatched {
+        /// Latched position in inc.
+        position: i64,
+        /// New target in inc.
+        target: i64,
+    },
+    /// The way to the new target is too short to brake: the axis will pass it and run backwards.
+    ReversalPlanned {
+        /// Record whose motion turns round.
+        record: RecordNumber,
+    },
+    /// A record with touch probe ended at its target without a touch.
+    NoMarkFound {
+        /// The record.
+        record: RecordNumber,
+    },
+    /// STOP interrupted the program.
+    Stopped,
+    /// The enable was lost while the program ran.
+    EnableLost,
+    /// RESET ended the program.
+    Reset,
+    /// Program end reached regularly.
+    ProgramEnded,
+}
+
+/// Why a start edge was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StartRefusal {
+    /// Not in the state "ready to start" (not enabled, running, MANUAL, or still braking).
+    NotReady,
+    /// Ready, but the level had not been low for a tick in this state: the lost start of 9300 facts 4.3.
+    NotArmed,
+    /// STOP or RESET present at the edge.
+    Dominated,
+}
