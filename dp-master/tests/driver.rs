@@ -1,5 +1,9 @@
 //! A station in real time on a pseudo-terminal.
 #![cfg(unix)]
+#![allow(
+    clippy::unwrap_used,
+    reason = "helpers of tests may unwrap like the tests themselves"
+)]
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
