@@ -255,11 +255,10 @@ impl Replay {
         out.push_str("\",\"qo\":\"");
         push_hex(out, &self.module.par_out);
         out.push_str("\",\"m\":\"");
-        let marking = self.block.marking();
-        out.extend((1..=11).map(|place| if marking.holds(place) { '1' } else { '0' }));
         let _ = writeln!(
             out,
-            "\",\"at\":{},\"ci\":[{},{},{},{}]}}",
+            "{}\",\"at\":{},\"ci\":[{},{},{},{}]}}",
+            self.block.marking(),
             self.block.telegram_counter(),
             self.inputs.velocity,
             self.inputs.mark_velocity,

@@ -17,14 +17,14 @@ const ZERO: &str = "0000000000000000";
 
 fn answers(input: &str) -> String {
     let mut output = Vec::new();
-    replay(input.as_bytes(), &mut output, false).unwrap();
-    String::from_utf8(output).unwrap()
+    replay(input.as_bytes(), &mut output, false).expect("works");
+    String::from_utf8(output).expect("works")
 }
 
 /// The message for a broken input, after checking that nothing was written.
 fn refused(input: &str) -> String {
     let mut output = Vec::new();
-    let error = replay(input.as_bytes(), &mut output, false).unwrap_err();
+    let error = replay(input.as_bytes(), &mut output, false).expect_err("is refused");
     assert!(output.is_empty(), "something was written");
     assert_eq!(error.exit_code(), 2);
     error.to_string()
@@ -38,14 +38,14 @@ fn program(arguments: &[&str], input: &str) -> Output {
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
-        .unwrap();
+        .expect("works");
     child
         .stdin
         .take()
-        .unwrap()
+        .expect("works")
         .write_all(input.as_bytes())
-        .unwrap();
-    child.wait_with_output().unwrap()
+        .expect("works");
+    child.wait_with_output().expect("works")
 }
 
 #[test]

@@ -40,9 +40,10 @@ mod telegrams;
 
 pub use inputs::Inputs;
 pub use outputs::Outputs;
-pub use parameter_net::Marking;
 pub use periphery::Periphery;
 pub use telegrams::{Constants, ParameterTelegram};
+
+pub use drivecom::petri::{Firing, Marking};
 
 use parameter_net::ParameterNet;
 use process_data::{ProcessDataIn, ProcessDataOut};
@@ -105,16 +106,21 @@ impl FilmFeedBlock {
         self.net.marking
     }
 
+    /// The transitions that fired in the last cycle; none while Error_RESET is set. Not part of the original's data.
+    pub fn fired(&self) -> Firing {
+        self.net.fired
+    }
+
     /// Number of the telegram in work, 0…6.
     #[doc(alias = "ACT_TELE")]
     pub fn telegram_counter(&self) -> u16 {
-        self.net.counter
+        self.net.memory.counter
     }
 
     /// Octet address of the telegram in work within the instance data: 22, 30, … 70; 0 before the first cycle.
     #[doc(alias = "ACT_TELE_Pointer")]
     pub fn telegram_pointer(&self) -> u16 {
-        self.net.pointer
+        self.net.memory.pointer
     }
 
     /// The seven telegrams in the order they are sent.
@@ -137,12 +143,12 @@ impl FilmFeedBlock {
     /// Parameter data last received.
     #[doc(alias = "PAR_receive")]
     pub fn parameter_received(&self) -> ParameterTelegram {
-        self.net.received
+        self.net.memory.received
     }
 
     /// Parameter data to send.
     #[doc(alias = "PAR_send")]
     pub fn parameter_sent(&self) -> ParameterTelegram {
-        self.net.sent
+        self.net.memory.sent
     }
 }

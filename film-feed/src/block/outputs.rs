@@ -23,7 +23,8 @@ pub struct Outputs {
     /// Motor speed in % of C0011, −200.0…+199.99.
     #[doc(alias = "MCTRL_NACT")]
     pub speed_percent: f32,
-    /// Position in mm. Not a number (`0xFFFF_FFFF`) until the three constants were read from the drive.
+    /// Position in mm. Not a number (`0xFFFF_FFFF`) until the gear numerator C1202 was read from the drive, then 0 until the
+    /// gear denominator C1203, the last of the three constants, was.
     #[doc(alias = "POS_ACT")]
     pub position_mm: f32,
 }
