@@ -6,6 +6,7 @@
 //!
 //! Not modelled: homing, PS-CANCEL, skip record, override, jerk limits (9300 facts 4.2: details not found).
 
+mod active_plan;
 mod film_feed;
 mod interpolator;
 mod jog;
@@ -15,6 +16,7 @@ mod sequencer;
 mod signals;
 mod start_gate;
 mod touch_probe;
+mod variables;
 
 pub use film_feed::film_feed_program;
 pub use interpolator::{Limits, Motion, PathState, Plan};

@@ -2,18 +2,20 @@
 
 use std::collections::VecDeque;
 
+use super::active_plan::ActivePlan;
 use super::interpolator::{Limits, Motion, PathState, Plan};
 use super::jog::{JogDirection, JogParameters};
 use super::record::{
-    Acceleration, FinalVelocity, InputLevel, Level, Mode, OutputLevel, Program, ProgramInput,
-    Record, RecordNumber, ResidualPath, Successor, Target, TouchRule, TouchWindow, Velocity,
+    InputLevel, Level, Mode, OutputLevel, Program, ProgramInput, Record, RecordNumber,
+    ResidualPath, Successor, Target, TouchRule, TouchWindow,
 };
 use super::resolution::{Residue, Resolution, Rounding};
 use super::signals::{Setpoint, TraverseEvent, TraverseInputs, TraverseStatus};
 use super::start_gate::StartGate;
 use super::touch_probe::TouchEvent;
+use super::variables::{final_velocity, length_e4, record_limits, whole_increments};
+use crate::code::CodeStore;
 use crate::code::table::number::*;
-use crate::code::{CodeStore, WIRED_POSITIONS};
 
 /// What can be set about the executor and has no code of the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +79,7 @@ pub struct Traverse {
     in_target: bool,
     ready: bool,
     last_record: u8,
+    window: Option<((Resolution, i32), u64)>,
     events: VecDeque<TraverseEvent>,
 }
 
@@ -107,33 +110,6 @@ enum Stage {
     Dwelling(u64),
     /// Fields 14 to 17 are still to be worked off.
     Leaving,
-}
-
-/// A plan and the time since its start: whole ticks and the fraction by which it began before its first tick.
-#[derive(Clone, Copy, Debug)]
-struct ActivePlan {
-    plan: Plan,
-    ticks: u64,
-    lead: f64,
-}
-
-impl ActivePlan {
-    fn now(&self) -> Motion {
-        self.plan.at(self.ticks, self.lead)
-    }
-
-    /// Time since the end of the plan in ms, once it is over.
-    fn time_past_end(&self) -> Option<f64> {
-        let past = self.ticks as f64 + self.lead - self.plan.end()?;
-        // A plan to a standstill may be cut by a microsecond: at most 1e-5 inc are left then, and a feed of 1.5 s must not
-        // take 1501 ticks because a float came out one digit long.
-        let tolerance = if self.plan.end_velocity() == 0.0 {
-            END_TOLERANCE_MS
-        } else {
-            0.0
-        };
-        (past >= -tolerance).then_some(past.max(0.0))
-    }
 }
 
 impl Traverse {
@@ -167,6 +143,7 @@ impl Traverse {
             in_target: false,
             ready: false,
             last_record: 0,
+            window: None,
             events: VecDeque::with_capacity(EVENT_CAPACITY),
         }
     }
@@ -174,7 +151,7 @@ impl Traverse {
     /// The 1 ms task.
     pub fn tick_1ms(&mut self, inputs: &TraverseInputs, codes: &CodeStore) -> Setpoint {
         if let Some(motion) = &mut self.motion {
-            motion.ticks += 1;
+            motion.advance();
         }
         let mut tick = Tick {
             inputs,
@@ -448,18 +425,18 @@ impl Traverse {
         let resolution = Resolution::from_codes(tick.codes);
         match record.mode {
             Mode::SetReference => {
-                let value = self.whole_target(record.target, &resolution, tick.codes);
+                let value = whole_increments(record.target, &resolution, tick.codes);
                 let shift = value.saturating_sub(tick.inputs.pos_act.saturating_add(tick.shift));
                 self.shift_reference(shift);
                 tick.shift = tick.shift.saturating_add(shift);
                 return Some(Stage::Leaving);
             }
             Mode::Absolute => {
-                self.target = self.whole_target(record.target, &resolution, tick.codes);
+                self.target = whole_increments(record.target, &resolution, tick.codes);
             }
             Mode::Relative | Mode::RelativeWithTouchProbe(_) => {
                 let way = match self.parameters.rounding {
-                    Rounding::Truncate => self.whole_target(record.target, &resolution, tick.codes),
+                    Rounding::Truncate => whole_increments(record.target, &resolution, tick.codes),
                     Rounding::CarryResidue => {
                         let [length, offset] = length_e4(record.target, tick.codes);
                         resolution.carried_increments(length, &mut self.residue)
@@ -469,23 +446,12 @@ impl Traverse {
                 self.target = self.target.saturating_add(way);
             }
         }
-        let (state, lead) = self.hand_over();
+        let (state, lead) = match self.motion {
+            Some(active) => active.hand_over(),
+            None => (PathState::at_rest(self.rest), 0.0),
+        };
         self.plan_to_target(record, state, lead, tick.codes);
         Some(Stage::Travelling)
-    }
-
-    /// State and time lead a record takes over: at rest now, or on the fly at the exact moment of the crossing.
-    fn hand_over(&self) -> (PathState, f64) {
-        match self.motion {
-            Some(active) => match active.time_past_end() {
-                Some(past) if active.plan.end_velocity() != 0.0 && past < 1.0 => (
-                    active.plan.at(0, active.plan.end().unwrap_or(0.0)).state(),
-                    past,
-                ),
-                _ => (active.now().state(), 0.0),
-            },
-            None => (PathState::at_rest(self.rest), 0.0),
-        }
     }
 
     /// On the way. `None`: not there yet.
@@ -539,7 +505,7 @@ impl Traverse {
         let resolution = Resolution::from_codes(tick.codes);
         if let TouchWindow::Between { first, second } = rule.window {
             let [a, b] = [first, second]
-                .map(|number| self.whole_target(Target::Variable(number), &resolution, tick.codes));
+                .map(|number| whole_increments(Target::Variable(number), &resolution, tick.codes));
             if position < a.min(b) || position > a.max(b) {
                 return false;
             }
@@ -548,7 +514,7 @@ impl Traverse {
             ResidualPath::None => 0,
             ResidualPath::Fixed(length) => resolution.whole_increments(length),
             ResidualPath::Variable(number) => {
-                self.whole_target(Target::Variable(number), &resolution, tick.codes)
+                whole_increments(Target::Variable(number), &resolution, tick.codes)
             }
         }
         .saturating_abs();
@@ -618,11 +584,7 @@ impl Traverse {
     }
 
     fn begin(&mut self, plan: Plan, lead: f64) {
-        self.motion = Some(ActivePlan {
-            plan,
-            ticks: 0,
-            lead,
-        });
+        self.motion = Some(ActivePlan::new(plan, lead));
     }
 
     /// Brakes the motion under way with the ramp it had.
@@ -677,16 +639,26 @@ impl Traverse {
         }
     }
 
-    fn whole_target(&self, target: Target, resolution: &Resolution, codes: &CodeStore) -> i64 {
-        let [length, offset] = length_e4(target, codes);
-        resolution.whole_increments(length) + resolution.whole_increments(offset)
+    /// Half width of the target window in inc. Cached: 128-bit divisions are too dear for every millisecond.
+    fn target_window(&mut self, codes: &CodeStore) -> u64 {
+        let key = (
+            Resolution::from_codes(codes),
+            self.parameters.target_window_e4,
+        );
+        match self.window {
+            Some((known, window)) if known == key => window,
+            _ => {
+                let window = key.0.whole_increments(key.1).unsigned_abs();
+                self.window = Some((key, window));
+                window
+            }
+        }
     }
 
     fn finish_tick(&mut self, tick: &Tick<'_>) -> Setpoint {
         let motion = self.motion();
         let pos_act = tick.inputs.pos_act.saturating_add(tick.shift);
-        let window =
-            Resolution::from_codes(tick.codes).whole_increments(self.parameters.target_window_e4);
+        let window = self.target_window(tick.codes);
         // Without enable the set-value follows: the actual position alone tells whether the axis is still there.
         let reference = if self.enabled {
             motion.position
@@ -694,7 +666,7 @@ impl Traverse {
             self.target
         };
         let at_target = self.motion.is_none() && reference == self.target;
-        self.in_target = at_target && pos_act.abs_diff(reference) <= window.unsigned_abs();
+        self.in_target = at_target && pos_act.abs_diff(reference) <= window;
         self.ready = self.enabled
             && !tick.inputs.manual
             && self.motion.is_none()
@@ -745,47 +717,4 @@ impl Tick<'_> {
     }
 }
 
-/// A target as the sum of two lengths ×10000: stored variable and wired constant.
-fn length_e4(target: Target, codes: &CodeStore) -> [i32; 2] {
-    let Target::Variable(number) = target else {
-        return [0, 0];
-    };
-    match WIRED_POSITIONS.iter().find(|wired| wired.number == number) {
-        Some(wired) => [codes.raw(C1301, wired.base), wired.offset_e4],
-        None => [codes.raw(C1301, number), 0],
-    }
-}
-
-fn record_limits(record: &Record, codes: &CodeStore) -> Limits {
-    let resolution = Resolution::from_codes(codes);
-    let rate = |rate| {
-        let percent_e4 = match rate {
-            Acceleration::Max => 100_0000,
-            Acceleration::Variable(number) => codes.raw(C1303, number),
-        };
-        resolution.acceleration_from_codes(percent_e4, codes)
-    };
-    let percent_e4 = match record.velocity {
-        Velocity::Max => 100_0000,
-        Velocity::Variable(number) => codes.raw(C1302, number),
-    };
-    Limits {
-        v_max: resolution.velocity_from_codes(percent_e4, codes),
-        acc: rate(record.acceleration),
-        dec: rate(record.deceleration),
-    }
-}
-
-fn final_velocity(record: &Record, codes: &CodeStore) -> f64 {
-    match record.final_velocity {
-        FinalVelocity::Standstill => 0.0,
-        FinalVelocity::Variable(number) => {
-            Resolution::from_codes(codes).velocity_from_codes(codes.raw(C1302, number), codes)
-        }
-    }
-}
-
 const EVENT_CAPACITY: usize = 64;
-
-/// A microsecond: far below what a set-value can show, far above the rounding of an end time.
-const END_TOLERANCE_MS: f64 = 1e-3;
