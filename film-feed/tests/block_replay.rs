@@ -190,6 +190,25 @@ fn a_broken_line_gives_a_sentence_with_its_number_and_no_output() {
 }
 
 #[test]
+fn unusual_but_allowed_lines_are_read_like_plain_ones() {
+    let plain = cycle(7, NOTHING, "82370001ABCDEF09", ZERO);
+    let expected = answers(&plain);
+    let with = |from: &str, to: &str| answers(&plain.replace(from, to));
+    // Other keys, whatever they hold; upper or lower case; an escaped digit; a repeated key, where the last one counts.
+    assert_eq!(with("{", r#"{"o":[1],"note":{"a":null},"#), expected);
+    assert_eq!(with("ABCDEF", "abcdef"), expected);
+    assert_eq!(with("8237", "\\u0038237"), expected);
+    assert_eq!(with("{", "{\"c\":3,"), expected);
+    assert_eq!(with("{", " { "), expected);
+    // A power-up wins over a cycle in the same line, also with null.
+    assert_eq!(with("{", "{\"reset\":null,"), "");
+    // Beyond the plain integers.
+    assert!(
+        with("\"c\":7", "\"c\":18446744073709551615").starts_with("{\"c\":18446744073709551615,")
+    );
+}
+
+#[test]
 fn octets_that_are_no_text_are_refused_with_their_line() {
     let error = replay(&b"\n\xFF\xFE{}\n"[..], Vec::new(), false).unwrap_err();
     assert!(matches!(error, ReplayError::Line { line: 2, .. }));
