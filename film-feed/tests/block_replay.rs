@@ -6,6 +6,7 @@ use std::{
 };
 
 use film_feed::cli::replay::{ReplayError, replay};
+use proptest::prelude::*;
 
 /// A cycle line with the given number, inputs and images.
 fn cycle(number: i64, inputs: &str, pi: &str, qi: &str) -> String {
@@ -262,4 +263,26 @@ fn stream_answers_each_line_before_the_next_arrives() {
     writeln!(input, "nonsense").unwrap();
     drop(input);
     assert_eq!(child.wait().unwrap().code(), Some(2));
+}
+
+proptest! {
+    /// A line cut short, or with one octet changed, is understood or refused; it never panics and never leaves half an answer.
+    #[test]
+    fn a_damaged_line_never_panics(position in 0_usize..200, octet: u8, cut in 0_usize..200) {
+        let mut line = cycle(7, "1,0,0,0,0,0,0,1,-5,2500,10000,12000", "8237000100000000", ZERO).into_bytes();
+        let end = line.len();
+        line[position % end] = octet;
+        line.truncate(cut.max(1));
+        let mut output = Vec::new();
+        match replay(&line[..], &mut output, false) {
+            Ok(()) => {
+                let whole = output.is_empty() || output.ends_with(b"}\n");
+                prop_assert!(whole);
+            }
+            Err(error) => {
+                prop_assert!(output.is_empty());
+                prop_assert!(error.to_string().starts_with("line "));
+            }
+        }
+    }
 }
