@@ -35,8 +35,9 @@
 //! # Ok::<(), film_feed::replay::LineError>(())
 //! ```
 
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 
+use serde::de::{self, Deserialize, Deserializer, IgnoredAny, Unexpected, Visitor};
 use serde_json::{Map, Number, Value};
 
 use crate::block::{FilmFeedBlock, Inputs, Periphery};
@@ -209,6 +210,9 @@ impl Replay {
         if line.is_empty() {
             return Ok(Line::Blank);
         }
+        if let Some(cycle) = PlainCycle::read(line) {
+            return Ok(Line::Cycle(cycle));
+        }
         match serde_json::from_slice(line) {
             Ok(Value::Object(object)) => parse_object(&object),
             Ok(_) => Err(LineError::Kind),
@@ -328,6 +332,84 @@ impl Periphery for Module {
         };
         *image = *record;
         true
+    }
+}
+
+/// A cycle line as nearly all are, read without building a JSON tree: five times as fast. Whatever does not fit, right or
+/// wrong, goes the long way, which knows how to explain.
+#[derive(serde::Deserialize)]
+struct PlainCycle<'a> {
+    c: i64,
+    i: PlainInputs,
+    pi: &'a str,
+    qi: &'a str,
+    #[serde(default, deserialize_with = "present")]
+    reset: bool,
+}
+
+type Flag = Option<PlainBool>;
+type PlainInputs = (
+    Flag,
+    Flag,
+    Flag,
+    Flag,
+    Flag,
+    Flag,
+    Flag,
+    Flag,
+    Option<i16>,
+    Option<i16>,
+    Option<i16>,
+    Option<i16>,
+);
+
+impl PlainCycle<'_> {
+    fn read(line: &[u8]) -> Option<Cycle> {
+        let plain: PlainCycle<'_> = serde_json::from_slice(line)
+            .ok()
+            .filter(|plain: &PlainCycle<'_>| !plain.reset)?;
+        let (b0, b1, b2, b3, b4, b5, b6, b7, n0, n1, n2, n3) = plain.i;
+        Some(Cycle {
+            number: plain.c.into(),
+            bools: [b0, b1, b2, b3, b4, b5, b6, b7].map(|flag| flag.map(|PlainBool(bool)| bool)),
+            ints: [n0, n1, n2, n3],
+            pzd: hex_octets(plain.pi)?,
+            par: hex_octets(plain.qi)?,
+        })
+    }
+}
+
+/// True for any value, null included: the key is there.
+fn present<'de, D: Deserializer<'de>>(deserializer: D) -> Result<bool, D::Error> {
+    IgnoredAny::deserialize(deserializer).map(|_| true)
+}
+
+/// 0, 1, false or true.
+struct PlainBool(bool);
+
+impl<'de> Deserialize<'de> for PlainBool {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct BoolVisitor;
+        impl Visitor<'_> for BoolVisitor {
+            type Value = PlainBool;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("0, 1, false or true")
+            }
+
+            fn visit_bool<E: de::Error>(self, bool: bool) -> Result<PlainBool, E> {
+                Ok(PlainBool(bool))
+            }
+
+            fn visit_u64<E: de::Error>(self, number: u64) -> Result<PlainBool, E> {
+                match number {
+                    0 => Ok(PlainBool(false)),
+                    1 => Ok(PlainBool(true)),
+                    _ => Err(E::invalid_value(Unexpected::Unsigned(number), &self)),
+                }
+            }
+        }
+        deserializer.deserialize_any(BoolVisitor)
     }
 }
 

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use block_support::{Access, Bench, Drive, PAR, PZD, code};
 use film_feed::block::ParameterTelegram;
 
-/// REAL "not a number" of an S7 CPU.
+/// REAL "not a number"; see `PARITY.md`.
 const NAN: u32 = 0xFFFF_FFFF;
 
 fn numbers(bench: &Bench) -> [i16; 4] {

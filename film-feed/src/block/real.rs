@@ -1,6 +1,6 @@
 //! S7 REAL arithmetic: IEEE 754 single precision, rounded after every instruction, with the S7's special values.
 
-/// Bit pattern of every "not a number" result of an S7 CPU: all ones.
+/// Bit pattern of every "not a number": all ones, as the S7 soft PLC of the golden traces shows it.
 pub(crate) const NAN_BITS: u32 = 0xFFFF_FFFF;
 
 /// `DTR`: DINT to REAL, rounded to nearest even. Above 2^24 the low bits go.
