@@ -1,0 +1,52 @@
+//! Telegrams of the fieldbus data link layer (FDL): octets to values and back.
+//!
+//! | start | octet | layout | length |
+//! |---|---|---|---|
+//! | SD1 | `10` | `SD1 DA SA FC FCS ED` | 6 |
+//! | SD2 | `68` | `SD2 LE LEr SD2 DA SA FC data… FCS ED` | LE + 6, LE 4…249 |
+//! | SD3 | `A2` | `SD3 DA SA FC data×8 FCS ED` | 14 |
+//! | SD4 | `DC` | `SD4 DA SA` | 3 |
+//! | SC | `E5` | `SC` | 1 |
+//!
+//! FCS is the sum of all octets from DA to the last data octet, modulo 256; ED is `16`. Bit 7 of DA or SA says that the data begin with a
+//! service access point.
+//!
+//! Source: IEC 61158-4-3 (DL type 3); film-feed specification, section 2.
+
+mod control;
+mod decoder;
+mod telegram;
+
+pub use control::{Fcb, FunctionCode, RequestFunction, ResponseFunction, StationType};
+pub use decoder::{DecodeError, Decoded, Decoder, DiscardReason, decode_one};
+pub use telegram::{EncodeError, Header, MAX_DATA, MAX_SAP, Telegram};
+
+/// Start delimiter of a telegram without data.
+pub const SD1: u8 = 0x10;
+/// Start delimiter of a telegram with variable data length.
+pub const SD2: u8 = 0x68;
+/// Start delimiter of a telegram with eight octets of data.
+pub const SD3: u8 = 0xA2;
+/// Start delimiter of a token.
+pub const SD4: u8 = 0xDC;
+/// Short acknowledgement, a telegram of one octet.
+pub const SC: u8 = 0xE5;
+/// End delimiter.
+pub const ED: u8 = 0x16;
+
+/// Smallest LE of an SD2 telegram: DA, SA, FC and one octet of data.
+const MIN_LE: u8 = 4;
+/// Largest LE of an SD2 telegram: DA, SA, FC and 246 octets of data.
+const MAX_LE: u8 = 249;
+/// Data octets of an SD3 telegram.
+const SD3_DATA: usize = 8;
+/// Bit 7 of an address octet: a service access point follows in the data.
+const EXTENSION: u8 = 0x80;
+
+/// Frame check sequence: the sum modulo 256.
+#[inline]
+fn checksum(octets: &[u8]) -> u8 {
+    octets
+        .iter()
+        .fold(0_u8, |sum, octet| sum.wrapping_add(*octet))
+}
