@@ -35,6 +35,8 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub mod address;
+pub mod dp;
+pub mod fdl;
 pub mod station;
 pub mod time;
 pub mod wire;
