@@ -37,6 +37,8 @@
 pub mod address;
 pub mod dp;
 pub mod fdl;
+#[cfg(feature = "std")]
+pub mod phy;
 pub mod station;
 pub mod time;
 pub mod wire;

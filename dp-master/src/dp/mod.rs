@@ -27,8 +27,8 @@ pub use prm::{
     UNLOCK_REQ, WD_ON,
 };
 pub use slave::{
-    AcceptedConfigurations, DpSlave, ExtDiag, IdentityError, LeaveReason, OutputsOnLeave,
-    SlaveEvent, SlaveIdentity, SlavePhase, SlaveStatistics, Support,
+    AcceptedConfigurations, DpSlave, ExtDiag, ExtDiagError, IdentityError, LeaveReason,
+    OutputsOnLeave, SlaveEvent, SlaveIdentity, SlavePhase, SlaveStatistics, Support,
 };
 pub use slave_handler::{ClearOutputs, Demand, LossCause, SlaveConfig, SlaveState};
 pub use watchdog::{Watchdog, WatchdogError};

@@ -278,10 +278,9 @@ impl SlaveHandler {
                 request(Some(sap::SLAVE_DIAG), &[])
             }
             SlaveState::WaitPrm => request(Some(sap::SET_PRM), &self.prm),
-            SlaveState::WaitCfg => request(
-                Some(sap::CHK_CFG),
-                self.config.configuration.identifiers(),
-            ),
+            SlaveState::WaitCfg => {
+                request(Some(sap::CHK_CFG), self.config.configuration.identifiers())
+            }
             SlaveState::DataExchange if self.diag_due => request(Some(sap::SLAVE_DIAG), &[]),
             SlaveState::DataExchange if now < self.due => Some(Action::WaitUntil(self.due)),
             SlaveState::DataExchange => request(None, self.outputs_on_the_bus(mode)),
@@ -333,7 +332,9 @@ impl SlaveHandler {
                     };
                     None
                 }
-                Answer::Data { .. } => self.refuse(now, Refusal::Response(ResponseFunction::DataLow), context),
+                Answer::Data { .. } => {
+                    self.refuse(now, Refusal::Response(ResponseFunction::DataLow), context)
+                }
                 Answer::Negative(function) => {
                     self.refuse(now, Refusal::Response(function), context)
                 }
@@ -368,7 +369,12 @@ impl SlaveHandler {
     }
 
     /// The first diagnosis of a slave that was offline.
-    fn found(&mut self, now: Instant, answer: Answer<'_>, context: &Context) -> Option<MasterEvent> {
+    fn found(
+        &mut self,
+        now: Instant,
+        answer: Answer<'_>,
+        context: &Context,
+    ) -> Option<MasterEvent> {
         let diagnosis = match self.read_diagnosis(answer) {
             Ok(diagnosis) => diagnosis,
             Err(refusal) => return self.refuse(now, refusal, context),
@@ -382,7 +388,12 @@ impl SlaveHandler {
     }
 
     /// The diagnosis after Chk_Cfg.
-    fn check(&mut self, now: Instant, answer: Answer<'_>, context: &Context) -> Option<MasterEvent> {
+    fn check(
+        &mut self,
+        now: Instant,
+        answer: Answer<'_>,
+        context: &Context,
+    ) -> Option<MasterEvent> {
         let diagnosis = match self.read_diagnosis(answer) {
             Ok(diagnosis) => diagnosis,
             Err(refusal) => return self.refuse(now, refusal, context),
@@ -398,9 +409,8 @@ impl SlaveHandler {
             self.refuse(now, Refusal::OwnedBy(diagnosis), context)
         } else if status.intersects(StationStatus::PRM_REQ) {
             self.refuse(now, Refusal::Parameters(diagnosis), context)
-        } else if status.intersects(
-            StationStatus::STATION_NOT_READY.with(StationStatus::STAT_DIAG),
-        ) {
+        } else if status.intersects(StationStatus::STATION_NOT_READY.with(StationStatus::STAT_DIAG))
+        {
             // Asked again in the next cycle, which is bound by the cycle itself.
             None
         } else {
@@ -512,9 +522,7 @@ impl SlaveHandler {
                 Some(diagnosis),
                 MasterEvent::OwnedByOther { slave, diagnosis },
             ),
-            Refusal::Response(function) => {
-                (None, MasterEvent::StartUpRejected { slave, function })
-            }
+            Refusal::Response(function) => (None, MasterEvent::StartUpRejected { slave, function }),
             Refusal::NoDiagnosis { got } => (None, MasterEvent::DiagnosisUnreadable { slave, got }),
         };
         let known = diagnosis.is_some() && self.refused == diagnosis;

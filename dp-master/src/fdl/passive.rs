@@ -21,6 +21,10 @@ pub trait ResponderUser {
 
     /// An unacknowledged telegram (SDN) to this station or to all.
     fn handle_unacknowledged(&mut self, now: Instant, header: &Header, data: &[u8]);
+
+    /// Time between the last bit of a request and the first of its reply, asked after each request. A change by Set_Prm
+    /// already holds for its own acknowledgement.
+    fn t_sdr(&self) -> BitTimes;
 }
 
 /// The answer to a request.
@@ -68,7 +72,6 @@ impl Responder {
             core: Core {
                 address,
                 baud,
-                t_sdr: baud.duration(BitTimes(11)),
                 idle_after: baud.duration(T_SYN) + latency,
                 last_end: None,
                 synchronised: true,
@@ -76,6 +79,7 @@ impl Responder {
                 timers: Timers::default(),
                 reply: [0; MAX_TELEGRAM],
                 reply_len: 0,
+                due: false,
                 statistics: ResponderStatistics::default(),
             },
         }
@@ -84,11 +88,6 @@ impl Responder {
     /// The own address.
     pub fn address(&self) -> Address {
         self.core.address
-    }
-
-    /// Sets the time between request and reply.
-    pub fn set_t_sdr(&mut self, bits: BitTimes) {
-        self.core.t_sdr = self.core.baud.duration(bits);
     }
 
     /// Counters since the start.
@@ -118,18 +117,11 @@ impl Responder {
         decoder.push_line_error(error, |found| core.handle(now, found, user));
     }
 
-    /// See [`Station::handle_timeout`](crate::station::Station::handle_timeout); `true` when the reply is now due.
-    pub fn handle_timeout(&mut self, now: Instant) -> bool {
-        let due = self
-            .core
-            .timers
-            .deadline(Timer::Pause)
-            .is_some_and(|at| at <= now);
-        if due {
-            self.core.timers.stop(Timer::Pause);
-            self.core.statistics.replies += 1;
+    /// See [`Station::handle_timeout`](crate::station::Station::handle_timeout).
+    pub fn handle_timeout(&mut self, now: Instant) {
+        if self.core.timers.expire(now) == Some(Timer::Pause) {
+            self.core.due = true;
         }
-        due
     }
 
     /// When the reply is due.
@@ -137,16 +129,24 @@ impl Responder {
         self.core.timers.deadline(Timer::Pause)
     }
 
-    /// The reply that is due; its length is 0 when there is none.
-    pub fn reply(&self) -> &[u8] {
-        self.core.reply.get(..self.core.reply_len).unwrap_or(&[])
+    /// The reply, when it is due; it is due once.
+    pub fn take_reply(&mut self) -> Option<&[u8]> {
+        if !core::mem::take(&mut self.core.due) {
+            return None;
+        }
+        self.core.statistics.replies += 1;
+        self.core.reply.get(..self.core.reply_len)
     }
 
     fn notice(&mut self, now: Instant, characters: usize) {
         let core = &mut self.core;
         core.timers.stop(Timer::Pause);
+        core.due = false;
         let begin = now - core.baud.characters(characters);
-        if core.last_end.is_none_or(|end| end + core.idle_after <= begin) {
+        if core
+            .last_end
+            .is_none_or(|end| end + core.idle_after <= begin)
+        {
             self.decoder.idle();
             core.synchronised = true;
         }
@@ -158,7 +158,6 @@ impl Responder {
 struct Core {
     address: Address,
     baud: Baud,
-    t_sdr: Duration,
     idle_after: Duration,
     last_end: Option<Instant>,
     synchronised: bool,
@@ -166,6 +165,7 @@ struct Core {
     timers: Timers,
     reply: [u8; MAX_TELEGRAM],
     reply_len: usize,
+    due: bool,
     statistics: ResponderStatistics,
 }
 
@@ -205,7 +205,8 @@ impl Core {
             _ if to_all => {}
             RequestFunction::FdlStatus => {
                 self.statistics.requests += 1;
-                self.answer(now, header, Response::Refuse(ResponseFunction::Ok));
+                self.answer(header, Response::Refuse(ResponseFunction::Ok));
+                self.schedule(now, user.t_sdr());
             }
             RequestFunction::SdaLow
             | RequestFunction::SdaHigh
@@ -214,29 +215,29 @@ impl Core {
                 Novelty::Repetition => {
                     self.statistics.repetitions += 1;
                     user.handle_repetition(now, header);
-                    if self.reply_len > 0 {
-                        self.timers.start(Timer::Pause, now + self.t_sdr);
-                    }
+                    self.schedule(now, user.t_sdr());
                 }
                 Novelty::New => {
                     self.statistics.requests += 1;
                     let response = user.handle_request(now, header, data);
-                    self.answer(now, header, response);
+                    self.answer(header, response);
+                    self.schedule(now, user.t_sdr());
                 }
             },
             RequestFunction::Ident | RequestFunction::LsapStatus => {
                 self.statistics.requests += 1;
-                self.answer(now, header, Response::Refuse(ResponseFunction::NoService));
+                self.answer(header, Response::Refuse(ResponseFunction::NoService));
+                self.schedule(now, user.t_sdr());
             }
             // Clock telegrams, multicast replies and codes without a name are not for a DP-V0 slave.
             _ => {}
         }
     }
 
-    fn answer(&mut self, now: Instant, request: &Header, response: Response<'_>) {
+    fn answer(&mut self, request: &Header, response: Response<'_>) {
         let (function, data) = match response {
             Response::ShortAck => {
-                self.store(now, Telegram::ShortAck);
+                self.store(Telegram::ShortAck);
                 return;
             }
             Response::Low(data) => (ResponseFunction::DataLow, data),
@@ -244,7 +245,7 @@ impl Core {
             // A refusal has no data, and without data there is no place for access points.
             Response::Refuse(function) => {
                 let fc = FunctionCode::response(StationType::Slave, function);
-                self.store(now, Telegram::no_data(request.sa, self.address, fc));
+                self.store(Telegram::no_data(request.sa, self.address, fc));
                 return;
             }
         };
@@ -255,14 +256,18 @@ impl Core {
             ssap: request.dsap,
             fc: FunctionCode::response(StationType::Slave, function),
         };
-        self.store(now, Telegram::Data { header, data });
+        self.store(Telegram::Data { header, data });
     }
 
-    fn store(&mut self, now: Instant, telegram: Telegram<'_>) {
+    fn store(&mut self, telegram: Telegram<'_>) {
         // A reply that does not fit into a telegram is none: the master sees a silent slave.
         self.reply_len = telegram.encode(&mut self.reply).unwrap_or(0);
+    }
+
+    fn schedule(&mut self, now: Instant, t_sdr: BitTimes) {
         if self.reply_len > 0 {
-            self.timers.start(Timer::Pause, now + self.t_sdr);
+            self.timers
+                .start(Timer::Pause, now + self.baud.duration(t_sdr));
         }
     }
 }

@@ -385,7 +385,11 @@ impl Core {
             None => now,
         };
         let until = end + self.params.latency_allowance + self.times.id1;
-        if self.timers.deadline(Timer::Pause).is_none_or(|at| at < until) {
+        if self
+            .timers
+            .deadline(Timer::Pause)
+            .is_none_or(|at| at < until)
+        {
             self.timers.start(Timer::Pause, until);
         }
     }

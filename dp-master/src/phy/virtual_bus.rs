@@ -1,0 +1,593 @@
+//! A virtual RS485 line: characters in virtual time, and a policeman.
+
+use super::fault::{Disturbance, Script, received};
+use super::police::Police;
+pub use super::police::{Rule, Violation};
+use crate::station::LineError;
+use crate::time::{Baud, Instant};
+
+/// A place where a station is connected to a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PortId(pub(super) usize);
+
+impl PortId {
+    /// The number of the port: 0, 1, 2… in the order of [`VirtualBus::attach`].
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self.0
+    }
+}
+
+/// Something that happened on the line, for one port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusEvent<'a> {
+    /// The last bit of what this port sent left the line.
+    Sent {
+        /// When.
+        at: Instant,
+        /// The sender.
+        port: PortId,
+    },
+    /// Octets arrived; they follow each other without a gap.
+    Octets {
+        /// When the last of their characters ended.
+        at: Instant,
+        /// The receiver.
+        port: PortId,
+        /// One or more octets.
+        octets: &'a [u8],
+    },
+    /// A character that cannot be used ended.
+    LineError {
+        /// When it ended.
+        at: Instant,
+        /// The receiver.
+        port: PortId,
+        /// What the receiver makes of it.
+        error: LineError,
+    },
+}
+
+impl BusEvent<'_> {
+    /// When it happened.
+    #[must_use]
+    pub const fn at(&self) -> Instant {
+        match self {
+            Self::Sent { at, .. } | Self::Octets { at, .. } | Self::LineError { at, .. } => *at,
+        }
+    }
+
+    /// Whom it concerns.
+    #[must_use]
+    pub const fn port(&self) -> PortId {
+        match self {
+            Self::Sent { port, .. } | Self::Octets { port, .. } | Self::LineError { port, .. } => {
+                *port
+            }
+        }
+    }
+}
+
+/// What went over a line since it was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Transmissions, each of contiguous characters.
+    pub bursts: u64,
+    /// Characters in them.
+    pub characters: u64,
+    /// Characters with flipped bits or spoiled by a script, noticed by the receivers or not. Collisions are not counted here.
+    pub spoiled: u64,
+    /// Characters that reached nobody: dropped, cut, or sent by a disconnected port.
+    pub lost: u64,
+    /// Broken rules, also those that no longer fit into the list.
+    pub violations: u64,
+}
+
+/// A virtual RS485 line with any number of ports.
+///
+/// # Order
+///
+/// [`poll`](Self::poll) gives events in the order of time. Within one instant:
+///
+/// 1. the transmission that began first,
+/// 2. of a transmission that ends: [`BusEvent::Sent`] for the sender, then its last octets for the receivers,
+/// 3. receivers in the order of [`attach`](Self::attach).
+///
+/// Of each transmission every other port gets the first character when it ends, because the slot time is about that one, and the rest when
+/// the last character ends. Characters that cannot be used divide the rest; they and the octets before them come when they end.
+/// A port does not hear itself.
+///
+/// # Time
+///
+/// Character n of a transmission (counted from 1) ends `baud.characters(n)` after its start: rounded up to a nanosecond once, not once per
+/// character.
+///
+/// # Collisions
+///
+/// Characters of two transmissions that overlap are [`LineError::Framing`] for everyone who is not sending. Octets that were on their way
+/// when a collision begins are delivered at that moment.
+///
+/// # Cost
+///
+/// Work per transmission does not depend on its length except for copying it once, and nothing is allocated once the buffers have grown.
+#[derive(Clone, Debug)]
+pub struct VirtualBus {
+    baud: Baud,
+    ports: Vec<Port>,
+    /// Transmissions on the line in the order of their start; those behind `active` are kept for their buffers.
+    bursts: Vec<Burst>,
+    active: usize,
+    number: u64,
+    disturbance: Option<Disturbance>,
+    scripts: Vec<Script>,
+    statistics: Statistics,
+    police: Police,
+}
+
+#[derive(Clone, Debug)]
+struct Port {
+    connection: Connection,
+    /// When its last transmission began and ended.
+    sending: (Instant, Instant),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Connection {
+    Connected,
+    Disconnected,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Burst {
+    sender: usize,
+    start: Instant,
+    end: Instant,
+    octets: Vec<u8>,
+    /// Characters that are not simply their octet, by rising index.
+    marks: Vec<(usize, Mark)>,
+    /// What is delivered together, by rising time. The last one ends the transmission.
+    runs: Vec<Run>,
+    next_run: usize,
+    next_receiver: usize,
+    sent: bool,
+    /// Whether it drives the line at all.
+    on_line: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mark {
+    Error(LineError),
+    Collision,
+    Lost,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    from: usize,
+    to: usize,
+    at: Instant,
+    mark: Option<Mark>,
+}
+
+impl VirtualBus {
+    /// An undisturbed line without stations.
+    #[must_use]
+    pub fn new(baud: Baud) -> Self {
+        Self {
+            baud,
+            ports: Vec::new(),
+            bursts: Vec::new(),
+            active: 0,
+            number: 0,
+            disturbance: None,
+            scripts: Vec::new(),
+            statistics: Statistics::default(),
+            police: Police::new(baud),
+        }
+    }
+
+    /// The baud rate of the line.
+    #[must_use]
+    pub const fn baud(&self) -> Baud {
+        self.baud
+    }
+
+    /// Connects a new port. A port that never transmits is a tap that hears everything.
+    pub fn attach(&mut self) -> PortId {
+        self.ports.push(Port {
+            connection: Connection::Connected,
+            sending: (Instant::ZERO, Instant::ZERO),
+        });
+        PortId(self.ports.len() - 1)
+    }
+
+    /// Pulls the plug of a port, at once: what it sends reaches nobody (it is told [`BusEvent::Sent`] all the same) and it hears nothing.
+    pub fn disconnect(&mut self, port: PortId) {
+        self.plug(port, Connection::Disconnected);
+    }
+
+    /// Puts the plug back.
+    pub fn reconnect(&mut self, port: PortId) {
+        self.plug(port, Connection::Connected);
+    }
+
+    fn plug(&mut self, port: PortId, connection: Connection) {
+        if let Some(port) = self.ports.get_mut(port.0) {
+            port.connection = connection;
+        }
+    }
+
+    /// Bit errors by chance from the next transmission on; `None` ends them.
+    pub fn set_disturbance(&mut self, disturbance: Option<Disturbance>) {
+        self.disturbance = disturbance;
+    }
+
+    /// Adds a fault at a chosen place. One that names a burst is forgotten when that burst was sent.
+    pub fn script(&mut self, script: Script) {
+        self.scripts.push(script);
+    }
+
+    /// How many transmissions there were, which is the number of the next one.
+    #[must_use]
+    pub const fn bursts(&self) -> u64 {
+        self.number
+    }
+
+    /// What went over the line.
+    #[must_use]
+    pub const fn statistics(&self) -> Statistics {
+        Statistics {
+            violations: self.police.count(),
+            ..self.statistics
+        }
+    }
+
+    /// The first 1024 broken rules, in the order of time.
+    #[must_use]
+    pub fn violations(&self) -> &[Violation] {
+        self.police.violations()
+    }
+
+    /// Forgets the broken rules.
+    pub fn clear_violations(&mut self) {
+        self.police.clear();
+    }
+
+    /// Whether this port has a transmission on the line whose end it was not told yet.
+    #[inline]
+    #[must_use]
+    pub fn is_sending(&self, port: PortId) -> bool {
+        self.on_the_way()
+            .iter()
+            .any(|burst| burst.sender == port.0 && !burst.sent)
+    }
+
+    /// Puts octets on the line, the first start bit at `now`, character behind character. Returns when the last bit will have left.
+    ///
+    /// `now` must not be earlier than the last event that [`poll`](Self::poll) gave. No octets are no transmission.
+    pub fn transmit(&mut self, now: Instant, port: PortId, octets: &[u8]) -> Instant {
+        if octets.is_empty() || port.0 >= self.ports.len() {
+            return now;
+        }
+        self.retire();
+        let number = self.number;
+        self.number += 1;
+        self.statistics.bursts += 1;
+        self.statistics.characters += octets.len() as u64;
+
+        let end = now + self.baud.characters(octets.len());
+        let mut burst = self.fresh_burst();
+        burst.sender = port.0;
+        (burst.start, burst.end) = (now, end);
+        burst.octets.extend_from_slice(octets);
+        burst.on_line = self.ports[port.0].connection == Connection::Connected;
+        self.ports[port.0].sending = (now, end);
+
+        // The draw belongs to the burst, whether it arrives or not, so that pulling one plug does not change the fate of other telegrams.
+        let spoiled_before = self.statistics.spoiled;
+        if let Some(disturbance) = &mut self.disturbance {
+            let Burst { octets, marks, .. } = &mut burst;
+            disturbance.burst(octets.len(), |index, flipped| {
+                self.statistics.spoiled += 1;
+                flip(octets, marks, index, flipped);
+            });
+        }
+        if !self.scripts.is_empty() {
+            self.play_scripts(number, &mut burst);
+        }
+        if burst.on_line {
+            // Judged by what was sent, not by what a disturbance made of it.
+            self.police.burst(now, end, port, octets);
+            if self.active > 0 {
+                self.collide(now, &mut burst);
+            }
+        } else {
+            burst.marks.clear();
+            burst
+                .marks
+                .extend((0..octets.len()).map(|index| (index, Mark::Lost)));
+            self.statistics.spoiled = spoiled_before;
+            self.statistics.lost += octets.len() as u64;
+        }
+        burst.plan(0, self.baud, now);
+        // `fresh_burst` took the one behind the active ones.
+        self.bursts.push(burst);
+        let last = self.bursts.len() - 1;
+        self.bursts.swap(self.active, last);
+        self.active += 1;
+        end
+    }
+
+    /// When the next event is due.
+    #[inline]
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        self.on_the_way()
+            .iter()
+            .filter_map(|burst| burst.runs.get(burst.next_run))
+            .map(|run| run.at)
+            .min()
+    }
+
+    /// The next event that happened up to and including `now`. To be called until `None`.
+    #[inline]
+    pub fn poll(&mut self, now: Instant) -> Option<BusEvent<'_>> {
+        let (index, run, receiver) = loop {
+            self.retire();
+            let (index, run) = self.next_run()?;
+            if run.at > now {
+                return None;
+            }
+            let burst = &mut self.bursts[index];
+            if !burst.sent && burst.next_run + 1 == burst.runs.len() {
+                burst.sent = true;
+                break (index, run, None);
+            }
+            let receiver = burst.next_receiver;
+            if receiver >= self.ports.len() || run.mark == Some(Mark::Lost) {
+                burst.next_run += 1;
+                burst.next_receiver = 0;
+                continue;
+            }
+            burst.next_receiver += 1;
+            if receiver != burst.sender && self.hears(receiver, index, &run) {
+                break (index, run, Some(receiver));
+            }
+        };
+        let burst = &self.bursts[index];
+        let at = run.at;
+        Some(match (receiver.map(PortId), run.mark) {
+            (None, _) => BusEvent::Sent {
+                at,
+                port: PortId(burst.sender),
+            },
+            (Some(port), None) => BusEvent::Octets {
+                at,
+                port,
+                octets: &burst.octets[run.from..run.to],
+            },
+            (Some(port), Some(Mark::Error(error))) => BusEvent::LineError { at, port, error },
+            (Some(port), Some(Mark::Collision | Mark::Lost)) => BusEvent::LineError {
+                at,
+                port,
+                error: LineError::Framing,
+            },
+        })
+    }
+
+    #[inline]
+    fn on_the_way(&self) -> &[Burst] {
+        &self.bursts[..self.active]
+    }
+
+    /// The run that is due first; of several, that of the transmission that began first.
+    #[inline]
+    fn next_run(&self) -> Option<(usize, Run)> {
+        let mut first: Option<(usize, Run)> = None;
+        for (index, burst) in self.on_the_way().iter().enumerate() {
+            if let Some(run) = burst.runs.get(burst.next_run)
+                && first.is_none_or(|(_, earliest)| run.at < earliest.at)
+            {
+                first = Some((index, *run));
+            }
+        }
+        first
+    }
+
+    /// Whether a port can receive a run of a transmission: it is connected, and it was not sending itself during the first character.
+    #[inline]
+    fn hears(&self, receiver: usize, index: usize, run: &Run) -> bool {
+        let port = &self.ports[receiver];
+        if port.connection == Connection::Disconnected
+            || self.ports[self.bursts[index].sender].connection == Connection::Disconnected
+        {
+            return false;
+        }
+        // Only collisions overlap, so the comparison is not needed otherwise.
+        run.mark != Some(Mark::Collision) || {
+            let begin = run.at - self.baud.characters(1);
+            begin >= port.sending.1 || run.at <= port.sending.0
+        }
+    }
+
+    /// Puts finished transmissions behind the active ones and keeps the order of the others.
+    #[inline]
+    fn retire(&mut self) {
+        let mut index = 0;
+        while index < self.active {
+            let burst = &self.bursts[index];
+            if burst.next_run < burst.runs.len() {
+                index += 1;
+                continue;
+            }
+            self.bursts[index..self.active].rotate_left(1);
+            self.active -= 1;
+        }
+    }
+
+    /// An empty burst, with the buffers of a finished one if there is one.
+    fn fresh_burst(&mut self) -> Burst {
+        let mut burst = if self.bursts.len() > self.active {
+            self.bursts.pop().unwrap_or_default()
+        } else {
+            Burst::default()
+        };
+        burst.octets.clear();
+        burst.marks.clear();
+        burst.runs.clear();
+        (burst.next_run, burst.next_receiver, burst.sent) = (0, 0, false);
+        burst
+    }
+
+    #[cold]
+    fn play_scripts(&mut self, number: u64, burst: &mut Burst) {
+        let (baud, start, length) = (self.baud, burst.start, burst.octets.len());
+        let mut statistics = self.statistics;
+        self.scripts.retain(|script| match *script {
+            Script::Drop { burst: wanted } if wanted == number => {
+                burst.on_line = false;
+                false
+            }
+            Script::Spoil {
+                burst: wanted,
+                character,
+                error,
+            } if wanted == number => {
+                if character < length {
+                    mark(&mut burst.marks, character, Mark::Error(error));
+                    statistics.spoiled += 1;
+                }
+                false
+            }
+            Script::Flip {
+                burst: wanted,
+                character,
+                bits,
+            } if wanted == number => {
+                if character < length {
+                    flip(&mut burst.octets, &mut burst.marks, character, bits);
+                    statistics.spoiled += 1;
+                }
+                false
+            }
+            Script::Cut { from, to } => {
+                for character in 0..length {
+                    let end = start + baud.characters(character + 1);
+                    if from <= end && end < to {
+                        mark(&mut burst.marks, character, Mark::Lost);
+                        statistics.lost += 1;
+                    }
+                }
+                start < to
+            }
+            Script::Drop { burst: wanted }
+            | Script::Spoil { burst: wanted, .. }
+            | Script::Flip { burst: wanted, .. } => wanted > number,
+        });
+        self.statistics = statistics;
+    }
+
+    /// Spoils what overlaps with the transmissions that are on the line already.
+    #[cold]
+    fn collide(&mut self, now: Instant, new: &mut Burst) {
+        let baud = self.baud;
+        for old in self.bursts[..self.active]
+            .iter_mut()
+            .filter(|old| old.on_line && old.end > now)
+        {
+            self.police.collision(now, PortId(new.sender));
+            for character in 0..new.octets.len() {
+                if now + baud.characters(character) < old.end {
+                    mark(&mut new.marks, character, Mark::Collision);
+                }
+            }
+            for character in 0..old.octets.len() {
+                let begin = old.start + baud.characters(character);
+                let end = old.start + baud.characters(character + 1);
+                if end > now && begin < new.end {
+                    mark(&mut old.marks, character, Mark::Collision);
+                }
+            }
+            // What was due up to now stays as it was planned, for part of the receivers may have it already.
+            let kept = old.runs.iter().take_while(|run| run.at <= now).count();
+            old.runs.truncate(kept);
+            let from = old.runs.last().map_or(0, |run| run.to);
+            old.plan(from, baud, now);
+        }
+    }
+}
+
+impl Burst {
+    /// Divides the characters from `from` on into runs; none of them is due before `not_before`.
+    #[inline]
+    fn plan(&mut self, from: usize, baud: Baud, not_before: Instant) {
+        if self.marks.is_empty() && from == 0 {
+            let at = self.start + baud.characters(1);
+            self.runs.push(Run {
+                from: 0,
+                to: 1,
+                at,
+                mark: None,
+            });
+            if self.octets.len() > 1 {
+                self.runs.push(Run {
+                    from: 1,
+                    to: self.octets.len(),
+                    at: self.end,
+                    mark: None,
+                });
+            }
+        } else {
+            self.plan_marked(from, baud, not_before);
+        }
+    }
+
+    #[cold]
+    fn plan_marked(&mut self, from: usize, baud: Baud, not_before: Instant) {
+        let mut marks = self
+            .marks
+            .iter()
+            .filter(|(index, _)| *index >= from)
+            .copied()
+            .peekable();
+        let mut from = from;
+        while from < self.octets.len() {
+            let (to, mark) = match marks.peek() {
+                Some(&(index, mark)) if index == from => {
+                    marks.next();
+                    (from + 1, Some(mark))
+                }
+                _ if from == 0 => (1, None),
+                Some(&(index, _)) => (index, None),
+                None => (self.octets.len(), None),
+            };
+            let at = (self.start + baud.characters(to)).max(not_before);
+            self.runs.push(Run { from, to, at, mark });
+            from = to;
+        }
+    }
+}
+
+/// Marks a character; what is lost stays lost, and a collision covers any other error.
+fn mark(marks: &mut Vec<(usize, Mark)>, index: usize, new: Mark) {
+    match marks.binary_search_by_key(&index, |(index, _)| *index) {
+        Ok(place) => {
+            if marks[place].1 != Mark::Lost {
+                marks[place].1 = new;
+            }
+        }
+        Err(place) => marks.insert(place, (index, new)),
+    }
+}
+
+/// Flips bits of a character as a UART would see it.
+fn flip(octets: &mut [u8], marks: &mut Vec<(usize, Mark)>, index: usize, flipped: u16) {
+    match received(flipped) {
+        Ok(mask) => {
+            if let Some(octet) = octets.get_mut(index) {
+                *octet ^= mask;
+            }
+        }
+        Err(error) => mark(marks, index, Mark::Error(error)),
+    }
+}
