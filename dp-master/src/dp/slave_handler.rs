@@ -196,7 +196,10 @@ pub(super) struct SlaveHandler {
     pub(super) inputs: ProcessImage,
     pub(super) outputs: ProcessImage,
     diagnosis: Option<Diagnosis>,
-    refused: Option<StandardDiag>,
+    /// What was reported last, so that it is reported once.
+    refused: Option<Refusal>,
+    /// Set_Prm or Chk_Cfg was refused on the data link layer; the diagnosis read next says why.
+    rejected: Option<ResponseFunction>,
     exchanges: u64,
 }
 
@@ -227,6 +230,7 @@ impl SlaveHandler {
             outputs: ProcessImage::zeroed(lengths.outputs),
             diagnosis: None,
             refused: None,
+            rejected: None,
             exchanges: 0,
             config,
         }
@@ -333,10 +337,14 @@ impl SlaveHandler {
                     None
                 }
                 Answer::Data { .. } => {
-                    self.refuse(now, Refusal::Response(ResponseFunction::DataLow), context)
+                    self.rejected = Some(ResponseFunction::DataLow);
+                    self.state = SlaveState::WaitReady;
+                    None
                 }
                 Answer::Negative(function) => {
-                    self.refuse(now, Refusal::Response(function), context)
+                    self.rejected = Some(function);
+                    self.state = SlaveState::WaitReady;
+                    None
                 }
             },
             SlaveState::WaitReady => self.check(now, answer, context),
@@ -399,14 +407,15 @@ impl SlaveHandler {
             Err(refusal) => return self.refuse(now, refusal, context),
         };
         let status = diagnosis.status;
-        if status.intersects(StationStatus::PRM_FAULT.with(StationStatus::NOT_SUPPORTED)) {
+        let owner = diagnosis.master;
+        if owner != context.master.value() && owner != StandardDiag::NO_MASTER {
+            self.refuse(now, Refusal::OwnedBy(diagnosis), context)
+        } else if status.intersects(StationStatus::PRM_FAULT.with(StationStatus::NOT_SUPPORTED)) {
             self.refuse(now, Refusal::Parameters(diagnosis), context)
         } else if status.intersects(StationStatus::CFG_FAULT) {
             self.refuse(now, Refusal::Configuration(diagnosis), context)
-        } else if diagnosis.master != context.master.value()
-            && diagnosis.master != StandardDiag::NO_MASTER
-        {
-            self.refuse(now, Refusal::OwnedBy(diagnosis), context)
+        } else if let Some(function) = self.rejected {
+            self.refuse(now, Refusal::Response(function), context)
         } else if status.intersects(StationStatus::PRM_REQ) {
             self.refuse(now, Refusal::Parameters(diagnosis), context)
         } else if status.intersects(StationStatus::STATION_NOT_READY.with(StationStatus::STAT_DIAG))
@@ -502,32 +511,28 @@ impl SlaveHandler {
         }
     }
 
-    /// Back to the beginning after the retry interval, with a cause. The same diagnosis is reported once.
+    /// Back to the beginning after the retry interval, with a cause. The same cause is reported once.
     fn refuse(&mut self, now: Instant, refusal: Refusal, context: &Context) -> Option<MasterEvent> {
         self.fcb.reset();
         self.state = SlaveState::Refused;
         self.diag_due = false;
+        self.rejected = None;
         self.due = now + context.retry_interval;
+        let known = self.refused == Some(refusal);
+        self.refused = Some(refusal);
+        if known {
+            return None;
+        }
         let slave = context.slave;
-        let (diagnosis, event) = match refusal {
-            Refusal::Parameters(diagnosis) => (
-                Some(diagnosis),
-                MasterEvent::ParametersRefused { slave, diagnosis },
-            ),
-            Refusal::Configuration(diagnosis) => (
-                Some(diagnosis),
-                MasterEvent::ConfigurationRefused { slave, diagnosis },
-            ),
-            Refusal::OwnedBy(diagnosis) => (
-                Some(diagnosis),
-                MasterEvent::OwnedByOther { slave, diagnosis },
-            ),
-            Refusal::Response(function) => (None, MasterEvent::StartUpRejected { slave, function }),
-            Refusal::NoDiagnosis { got } => (None, MasterEvent::DiagnosisUnreadable { slave, got }),
-        };
-        let known = diagnosis.is_some() && self.refused == diagnosis;
-        self.refused = diagnosis;
-        (!known).then_some(event)
+        Some(match refusal {
+            Refusal::Parameters(diagnosis) => MasterEvent::ParametersRefused { slave, diagnosis },
+            Refusal::Configuration(diagnosis) => {
+                MasterEvent::ConfigurationRefused { slave, diagnosis }
+            }
+            Refusal::OwnedBy(diagnosis) => MasterEvent::OwnedByOther { slave, diagnosis },
+            Refusal::Response(function) => MasterEvent::StartUpRejected { slave, function },
+            Refusal::NoDiagnosis { got } => MasterEvent::DiagnosisUnreadable { slave, got },
+        })
     }
 
     /// Back to the beginning; reported only when there was an exchange to lose.
@@ -536,6 +541,7 @@ impl SlaveHandler {
         self.fcb.reset();
         self.state = SlaveState::Offline;
         self.diag_due = false;
+        self.rejected = None;
         self.due = match cause {
             // It talks: start it up again in the next cycle.
             LossCause::Rejected(_) | LossCause::Diagnosis(_) if exchanged => now,
@@ -581,7 +587,7 @@ impl<'a> Answer<'a> {
     }
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Refusal {
     Parameters(StandardDiag),
     Configuration(StandardDiag),
