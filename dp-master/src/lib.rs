@@ -35,6 +35,8 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub mod address;
+pub mod dp;
+pub mod fdl;
 #[cfg(feature = "std")]
 pub mod driver;
 #[cfg(feature = "std")]

@@ -1,0 +1,816 @@
+//! The DP-V0 slave.
+//!
+//! ```text
+//!             Set_Prm ok, lock          Chk_Cfg ok
+//!  WaitPrm ───────────────────► WaitCfg ───────────► DataExchange
+//!     ▲                            │                     │
+//!     └── Set_Prm or Chk_Cfg refused, unlock ────────────┤
+//!     └── watchdog, outputs of another length ───────────┘
+//! ```
+//!
+//! Power-on needs no state of its own: a new value waits for Set_Prm.
+//!
+//! | service | any master | the parametrising master |
+//! |---|---|---|
+//! | Slave_Diag, Get_Cfg, Chk_Cfg before parameters (RS) | yes | yes |
+//! | Set_Prm | while no other master owns the slave, else RS | yes |
+//! | Chk_Cfg, Data_Exchange, Global_Control | RS, or ignored | yes |
+//! | Rd_Inp, Rd_Outp | in data exchange | in data exchange |
+//! | Set_Slave_Add | RS: addresses are set by switch | RS |
+//!
+//! Source: IEC 61158-6-3 (slave state machine); 9300 facts 1.2–1.6.
+
+use core::ops::RangeInclusive;
+
+use super::cfg::{IoLengths, io_lengths};
+use super::control::{ControlCommand, GlobalControl};
+use super::diag::{
+    EXT_DIAG_OVERFLOW, MAX_EXT_DIAG, Overflow, SLAVE_DIAG_LEN, StandardDiag, StationStatus,
+};
+use super::events::EventQueue;
+use super::image::{MAX_DATA, Octets, ProcessImage};
+use super::prm::{LockRequest, MAX_USER_PRM, SetPrm};
+use super::sap;
+use super::watchdog::Watchdog;
+use crate::address::Address;
+use crate::fdl::{Responder, ResponderStatistics, ResponderUser, Response, Timer, Timers};
+use crate::station::{LineError, MAX_TELEGRAM, Station};
+use crate::time::{Baud, BitTimes, Duration, Instant};
+use crate::wire::{FunctionCode, Header, RequestFunction, ResponseFunction};
+
+/// Which identifier octets a slave accepts in Chk_Cfg.
+#[derive(Debug, Clone, Copy)]
+pub enum AcceptedConfigurations {
+    /// These, in the general identifier format.
+    Table(&'static [&'static [u8]]),
+    /// Those for which the function gives lengths; for configurations with a rule instead of a list. Lengths above 244 count as refused.
+    Rule(fn(&[u8]) -> Option<IoLengths>),
+}
+
+impl AcceptedConfigurations {
+    fn check(self, identifiers: &[u8]) -> Option<IoLengths> {
+        let lengths = match self {
+            Self::Table(table) if table.contains(&identifiers) => io_lengths(identifiers).ok(),
+            Self::Table(_) => None,
+            Self::Rule(rule) => rule(identifiers),
+        };
+        lengths.filter(|lengths| lengths.inputs <= MAX_DATA && lengths.outputs <= MAX_DATA)
+    }
+}
+
+/// Whether a slave can do something optional.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Support {
+    /// It can.
+    Supported,
+    /// It cannot; being asked for it is refused with Not_Supported.
+    Unsupported,
+}
+
+/// What becomes of the outputs when data exchange ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OutputsOnLeave {
+    /// They become zero (the standard's way).
+    Clear,
+    /// They stay as they are; the device decides (9300 facts 1.5: reaction "none" goes on with the last data).
+    Hold,
+}
+
+/// Who a slave is and what it accepts.
+#[derive(Debug, Clone)]
+pub struct SlaveIdentity {
+    /// Station address, 0…126.
+    pub address: Address,
+    /// Ident number.
+    pub ident: u16,
+    /// Baud rate of the line; finding it is the driver's task.
+    pub baud: Baud,
+    /// Accepted configurations.
+    pub configurations: AcceptedConfigurations,
+    /// What Get_Cfg answers before a Chk_Cfg was accepted.
+    pub real_configuration: &'static [u8],
+    /// Accepted numbers of user parameter octets. Default 0…237.
+    pub user_prm_len: RangeInclusive<usize>,
+    /// Sync. Default supported (9300 facts 1.1).
+    pub sync: Support,
+    /// Freeze. Default supported (9300 facts 1.1).
+    pub freeze: Support,
+    /// Time between request and reply in tBIT, 11…1023: what the station needs, or Set_Prm's min Tsdr if that is longer. Default 11.
+    pub min_tsdr: u16,
+    /// Outputs after data exchange. Default cleared.
+    pub outputs_on_leave: OutputsOnLeave,
+    /// Gaps inside a telegram which an operating system may make; zero on real hardware.
+    pub latency_allowance: Duration,
+}
+
+impl SlaveIdentity {
+    /// A slave with the defaults named at the fields.
+    pub const fn new(
+        address: Address,
+        ident: u16,
+        baud: Baud,
+        configurations: AcceptedConfigurations,
+    ) -> Self {
+        let real_configuration = match configurations {
+            AcceptedConfigurations::Table([first, ..]) => *first,
+            _ => &[],
+        };
+        Self {
+            address,
+            ident,
+            baud,
+            configurations,
+            real_configuration,
+            user_prm_len: 0..=MAX_USER_PRM,
+            sync: Support::Supported,
+            freeze: Support::Supported,
+            min_tsdr: 11,
+            outputs_on_leave: OutputsOnLeave::Clear,
+            latency_allowance: Duration::ZERO,
+        }
+    }
+}
+
+/// The state of a slave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SlavePhase {
+    /// Waits for Set_Prm.
+    WaitPrm,
+    /// Parametrised, waits for Chk_Cfg.
+    WaitCfg,
+    /// Outputs and inputs are exchanged.
+    DataExchange,
+}
+
+/// Why data exchange ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LeaveReason {
+    /// The master was silent for longer than the watchdog time.
+    Watchdog,
+    /// The master released the slave.
+    Unlocked,
+    /// The master sent parameters anew; the slave waits for Chk_Cfg.
+    Reparametrised,
+    /// Set_Prm was refused.
+    ParametersRefused,
+    /// Chk_Cfg was refused.
+    ConfigurationRefused,
+    /// Outputs of another length than configured.
+    OutputLength {
+        /// Configured octets.
+        expected: usize,
+        /// Received octets.
+        got: usize,
+    },
+}
+
+/// What happened to a slave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SlaveEvent {
+    /// Set_Prm was accepted; user parameters are at [`DpSlave::user_prm`].
+    Parametrised {
+        /// The master that owns the slave now.
+        master: Address,
+        /// The watchdog it set.
+        watchdog: Option<Watchdog>,
+    },
+    /// Set_Prm was refused: another ident number, a wrong length, or something unsupported.
+    ParametersRefused {
+        /// The ident number the master expected.
+        ident: u16,
+    },
+    /// Chk_Cfg was accepted.
+    Configured {
+        /// The lengths in force.
+        lengths: IoLengths,
+    },
+    /// Chk_Cfg was refused.
+    ConfigurationRefused,
+    /// Outputs may come from now on, and the watchdog runs.
+    EnteredDataExchange,
+    /// New outputs are at [`DpSlave::outputs`]. Told once for any number of exchanges between two looks.
+    Outputs,
+    /// The master cleared the outputs.
+    OutputsCleared,
+    /// The watchdog has expired.
+    WatchdogExpired,
+    /// Data exchange ended.
+    LeftDataExchange {
+        /// Why.
+        reason: LeaveReason,
+    },
+}
+
+/// What a slave counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SlaveStatistics {
+    /// The data link layer.
+    pub fdl: ResponderStatistics,
+    /// Data_Exchange requests carried out, repetitions not counted.
+    pub exchanges: u64,
+    /// Events lost because nobody fetched them.
+    pub lost_events: u64,
+}
+
+/// Whether extended diagnosis is a fault or only information.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExtDiag {
+    /// A fault: Ext_Diag (bit 3 of station status 1) is set.
+    Fault,
+    /// No fault: the octets are there, Ext_Diag is not set.
+    Message,
+}
+
+/// A DP-V0 slave; see [`Station`] for the order of calls.
+#[doc(alias = "DP-Slave")]
+#[derive(Debug, Clone)]
+pub struct DpSlave {
+    responder: Responder,
+    device: Device,
+}
+
+impl DpSlave {
+    /// A slave that waits for Set_Prm.
+    ///
+    /// # Errors
+    ///
+    /// [`IdentityError`] when the address is no station's or the reply time is out of range.
+    pub fn new(identity: SlaveIdentity) -> Result<Self, IdentityError> {
+        if identity.address.is_broadcast() {
+            return Err(IdentityError::Address {
+                got: identity.address,
+            });
+        }
+        if !(11..=1023).contains(&identity.min_tsdr) {
+            return Err(IdentityError::MinTsdr {
+                got: identity.min_tsdr,
+            });
+        }
+        Ok(Self {
+            responder: Responder::new(identity.address, identity.baud, identity.latency_allowance),
+            device: Device {
+                t_sdr: BitTimes(u32::from(identity.min_tsdr)),
+                identity,
+                phase: SlavePhase::WaitPrm,
+                master: None,
+                group: 0,
+                watchdog: None,
+                timers: Timers::default(),
+                faults: StationStatus::default(),
+                sync: Hold::Follows,
+                freeze: Hold::Follows,
+                lengths: IoLengths::default(),
+                configuration: Octets::EMPTY,
+                user_prm: Octets::EMPTY,
+                outputs: ProcessImage::EMPTY,
+                staged_outputs: ProcessImage::EMPTY,
+                process_inputs: ProcessImage::EMPTY,
+                inputs: ProcessImage::EMPTY,
+                ext_diag: Octets::EMPTY,
+                ext_diag_kind: ExtDiag::Message,
+                overflow: Overflow::Complete,
+                diag_pending: false,
+                scratch: [0; MAX_DATA],
+                new_outputs: false,
+                exchanges: 0,
+                events: EventQueue::new(),
+            },
+        })
+    }
+
+    /// Station address.
+    pub fn address(&self) -> Address {
+        self.responder.address()
+    }
+
+    /// The state.
+    pub fn phase(&self) -> SlavePhase {
+        self.device.phase
+    }
+
+    /// The master that owns the slave.
+    pub fn master(&self) -> Option<Address> {
+        self.device.master
+    }
+
+    /// The watchdog in force.
+    pub fn watchdog(&self) -> Option<Watchdog> {
+        self.device.watchdog
+    }
+
+    /// Lengths of the images; zero before Chk_Cfg.
+    pub fn lengths(&self) -> IoLengths {
+        self.device.lengths
+    }
+
+    /// User parameters of the last accepted Set_Prm.
+    pub fn user_prm(&self) -> &[u8] {
+        &self.device.user_prm
+    }
+
+    /// Identifier octets of the last accepted Chk_Cfg.
+    pub fn configuration(&self) -> &[u8] {
+        &self.device.configuration
+    }
+
+    /// The outputs as of one telegram, never a mixture; empty before Chk_Cfg.
+    pub fn outputs(&self) -> &[u8] {
+        &self.device.outputs
+    }
+
+    /// Sets the inputs which the next request gets, all at once. Octets beyond the configured length are ignored, missing ones are zero.
+    pub fn set_inputs(&mut self, octets: &[u8]) {
+        let device = &mut self.device;
+        copy_padded(octets, device.process_inputs.as_mut_slice());
+        if device.freeze == Hold::Follows {
+            copy_padded(octets, device.inputs.as_mut_slice());
+        }
+    }
+
+    /// Sets the extended diagnosis and announces it to the master by answering with high priority, unless nothing changed.
+    ///
+    /// `octets` are blocks, each with its header (9300 facts 1.4: `03`, fault code high, low).
+    ///
+    /// # Errors
+    ///
+    /// [`ExtDiagError`] above 238 octets; nothing is changed then.
+    pub fn set_ext_diag(
+        &mut self,
+        kind: ExtDiag,
+        octets: &[u8],
+        overflow: Overflow,
+    ) -> Result<(), ExtDiagError> {
+        let device = &mut self.device;
+        if device.ext_diag.as_slice() == octets
+            && device.ext_diag_kind == kind
+            && device.overflow == overflow
+        {
+            return Ok(());
+        }
+        if !device.ext_diag.replace(octets) {
+            return Err(ExtDiagError { got: octets.len() });
+        }
+        device.ext_diag_kind = kind;
+        device.overflow = overflow;
+        device.diag_pending = true;
+        Ok(())
+    }
+
+    /// The standard octets a Slave_Diag would carry now.
+    pub fn diagnosis(&self) -> StandardDiag {
+        self.device.diagnosis()
+    }
+
+    /// The next event, oldest first. The queue holds 16; later ones are lost and counted.
+    /// [`SlaveEvent::Outputs`] is not queued: it comes after the others and means the outputs of now.
+    pub fn poll_event(&mut self) -> Option<SlaveEvent> {
+        let device = &mut self.device;
+        if let Some(event) = device.events.pop() {
+            return Some(event);
+        }
+        core::mem::take(&mut device.new_outputs).then_some(SlaveEvent::Outputs)
+    }
+
+    /// Counters since the start.
+    pub fn statistics(&self) -> SlaveStatistics {
+        SlaveStatistics {
+            fdl: self.responder.statistics(),
+            exchanges: self.device.exchanges,
+            lost_events: self.device.events.lost(),
+        }
+    }
+}
+
+impl Station for DpSlave {
+    fn handle_octets(&mut self, now: Instant, octets: &[u8]) {
+        self.responder.handle_octets(now, octets, &mut self.device);
+    }
+
+    fn handle_line_error(&mut self, now: Instant, error: LineError) {
+        self.responder
+            .handle_line_error(now, error, &mut self.device);
+    }
+
+    fn handle_sent(&mut self, _now: Instant) {}
+
+    fn handle_timeout(&mut self, now: Instant) {
+        // The reply first: a request that came in time is answered even if the watchdog ends at this moment.
+        self.responder.handle_timeout(now);
+        if self.device.timers.expire(now) == Some(Timer::Watchdog) {
+            self.device.watchdog_expired();
+        }
+    }
+
+    fn poll_transmit(&mut self, _now: Instant, buf: &mut [u8; MAX_TELEGRAM]) -> Option<usize> {
+        let reply = self.responder.take_reply()?;
+        buf.get_mut(..reply.len())?.copy_from_slice(reply);
+        Some(reply.len())
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        let deadlines = [self.responder.poll_timeout(), self.device.timers.next()];
+        deadlines.into_iter().flatten().min()
+    }
+}
+
+/// Sync and Freeze: an image follows or is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Hold {
+    Follows,
+    Held,
+}
+
+/// The slave above the data link layer.
+#[derive(Debug, Clone)]
+struct Device {
+    identity: SlaveIdentity,
+    phase: SlavePhase,
+    master: Option<Address>,
+    group: u8,
+    watchdog: Option<Watchdog>,
+    timers: Timers,
+    /// Prm_Fault, Cfg_Fault and Not_Supported of the last start-up.
+    faults: StationStatus,
+    sync: Hold,
+    freeze: Hold,
+    lengths: IoLengths,
+    configuration: Octets<MAX_DATA>,
+    user_prm: Octets<MAX_USER_PRM>,
+    outputs: ProcessImage,
+    /// Outputs received last; equal to `outputs` unless Sync holds those.
+    staged_outputs: ProcessImage,
+    process_inputs: ProcessImage,
+    /// Inputs as the bus sees them; equal to `process_inputs` unless Freeze holds them.
+    inputs: ProcessImage,
+    ext_diag: Octets<MAX_EXT_DIAG>,
+    ext_diag_kind: ExtDiag,
+    overflow: Overflow,
+    /// The master has not read the diagnosis since it changed.
+    diag_pending: bool,
+    t_sdr: BitTimes,
+    scratch: [u8; MAX_DATA],
+    new_outputs: bool,
+    exchanges: u64,
+    events: EventQueue<SlaveEvent, EVENTS>,
+}
+
+const EVENTS: usize = 16;
+const REFUSED: Response<'static> = Response::Refuse(ResponseFunction::NoService);
+
+impl ResponderUser for Device {
+    fn handle_request(&mut self, now: Instant, header: &Header, data: &[u8]) -> Response<'_> {
+        if !is_srd(header) {
+            return REFUSED;
+        }
+        self.retrigger(now, header.sa);
+        match header.dsap {
+            None => self.data_exchange(header.sa, data),
+            Some(sap::SLAVE_DIAG) => self.slave_diag(header.sa),
+            Some(sap::SET_PRM) => self.set_prm(header.sa, data),
+            Some(sap::CHK_CFG) => self.chk_cfg(now, header.sa, data),
+            Some(sap::GET_CFG) => Response::Low(self.known_configuration()),
+            Some(sap::RD_INP) if self.phase == SlavePhase::DataExchange => {
+                Response::Low(&self.inputs)
+            }
+            Some(sap::RD_OUTP) if self.phase == SlavePhase::DataExchange => {
+                Response::Low(&self.outputs)
+            }
+            // Set_Slave_Add too: the address is set by switch (9300 facts 1.1).
+            Some(_) => REFUSED,
+        }
+    }
+
+    fn handle_repetition(&mut self, now: Instant, header: &Header) {
+        self.retrigger(now, header.sa);
+    }
+
+    fn handle_unacknowledged(&mut self, now: Instant, header: &Header, data: &[u8]) {
+        if header.dsap != Some(sap::GLOBAL_CONTROL)
+            || self.phase != SlavePhase::DataExchange
+            || self.master != Some(header.sa)
+        {
+            return;
+        }
+        if let Some(control) = GlobalControl::parse(data)
+            && control.addresses(self.group)
+        {
+            self.retrigger(now, header.sa);
+            self.global_control(control.command);
+        }
+    }
+
+    fn t_sdr(&self) -> BitTimes {
+        self.t_sdr
+    }
+}
+
+impl Device {
+    fn diagnosis(&self) -> StandardDiag {
+        let in_exchange = self.phase == SlavePhase::DataExchange;
+        let status = StationStatus::FIXED
+            .with(self.faults)
+            .with_if(StationStatus::STATION_NOT_READY, !in_exchange)
+            .with_if(StationStatus::PRM_REQ, self.phase == SlavePhase::WaitPrm)
+            .with_if(
+                StationStatus::EXT_DIAG,
+                self.ext_diag_kind == ExtDiag::Fault,
+            )
+            .with_if(StationStatus::WD_ON, self.watchdog.is_some())
+            .with_if(StationStatus::SYNC_MODE, self.sync == Hold::Held)
+            .with_if(StationStatus::FREEZE_MODE, self.freeze == Hold::Held);
+        StandardDiag {
+            status,
+            status_3: match self.overflow {
+                Overflow::Complete => 0,
+                Overflow::Truncated => EXT_DIAG_OVERFLOW,
+            },
+            master: self.master.map_or(StandardDiag::NO_MASTER, Address::value),
+            ident: self.identity.ident,
+        }
+    }
+
+    /// The owner lives. The watchdog runs from data exchange on (9300 facts 1.5).
+    fn retrigger(&mut self, now: Instant, sa: Address) {
+        if let Some(watchdog) = self.watchdog
+            && self.phase == SlavePhase::DataExchange
+            && self.master == Some(sa)
+        {
+            self.timers.start(Timer::Watchdog, now + watchdog.time());
+        }
+    }
+
+    fn data_exchange(&mut self, sa: Address, data: &[u8]) -> Response<'_> {
+        if self.phase != SlavePhase::DataExchange || self.master != Some(sa) {
+            return REFUSED;
+        }
+        let expected = self.lengths.outputs;
+        if data.len() == expected {
+            self.exchanges += 1;
+            if expected > 0 {
+                // The length is that of the images, so this cannot fail.
+                self.staged_outputs.replace(data);
+                if self.sync == Hold::Follows {
+                    self.outputs.replace(data);
+                    self.new_outputs = true;
+                }
+            }
+        } else if data.is_empty() {
+            // Interpretation: an empty output telegram is Clear also from masters that never send Global_Control
+            // (9300 facts 1.1, Fail_Safe).
+            self.exchanges += 1;
+            self.clear_outputs();
+        } else {
+            self.leave(LeaveReason::OutputLength {
+                expected,
+                got: data.len(),
+            });
+            return REFUSED;
+        }
+        match (self.diag_pending, self.inputs.is_empty()) {
+            (true, _) => Response::High(&self.inputs),
+            (false, false) => Response::Low(&self.inputs),
+            (false, true) => Response::ShortAck,
+        }
+    }
+
+    fn slave_diag(&mut self, sa: Address) -> Response<'_> {
+        let standard = self.diagnosis().octets();
+        let len = SLAVE_DIAG_LEN + self.ext_diag.len();
+        if let Some((fixed, rest)) = self
+            .scratch
+            .get_mut(..len)
+            .and_then(|target| target.split_first_chunk_mut::<SLAVE_DIAG_LEN>())
+        {
+            *fixed = standard;
+            rest.copy_from_slice(&self.ext_diag);
+        }
+        // A diagnosis tool that listens in must not take the news from the owner.
+        if self.master == Some(sa) {
+            self.diag_pending = false;
+        }
+        Response::Low(self.scratch.get(..len).unwrap_or(&[]))
+    }
+
+    fn set_prm(&mut self, sa: Address, data: &[u8]) -> Response<'_> {
+        if self.master.is_some_and(|owner| owner != sa) {
+            return REFUSED;
+        }
+        // The acknowledgement only says that the telegram arrived; whether it was accepted is in the diagnosis.
+        let Ok(prm) = SetPrm::parse(data) else {
+            self.refuse_prm(0, StationStatus::PRM_FAULT);
+            return Response::ShortAck;
+        };
+        match prm.lock_request() {
+            LockRequest::Keep => {
+                self.set_min_tsdr(prm.min_tsdr);
+                return Response::ShortAck;
+            }
+            LockRequest::Unlock => {
+                self.faults = StationStatus::default();
+                self.leave(LeaveReason::Unlocked);
+                return Response::ShortAck;
+            }
+            LockRequest::Lock => {}
+        }
+        let identity = &self.identity;
+        let unsupported = (prm.sync_requested() && identity.sync == Support::Unsupported)
+            || (prm.freeze_requested() && identity.freeze == Support::Unsupported);
+        let faulty = prm.ident != identity.ident
+            || !identity.user_prm_len.contains(&prm.user.len())
+            || (prm.watchdog_on() && prm.watchdog().is_none());
+        if unsupported {
+            self.refuse_prm(
+                prm.ident,
+                StationStatus::PRM_FAULT.with(StationStatus::NOT_SUPPORTED),
+            );
+        } else if faulty {
+            self.refuse_prm(prm.ident, StationStatus::PRM_FAULT);
+        } else {
+            self.accept_prm(sa, &prm);
+        }
+        Response::ShortAck
+    }
+
+    fn accept_prm(&mut self, sa: Address, prm: &SetPrm<'_>) {
+        if self.phase == SlavePhase::DataExchange {
+            self.leave(LeaveReason::Reparametrised);
+        }
+        self.phase = SlavePhase::WaitCfg;
+        self.master = Some(sa);
+        self.faults = StationStatus::default();
+        self.group = prm.group;
+        self.watchdog = prm.watchdog();
+        // Parsed, so it fits.
+        self.user_prm.replace(prm.user);
+        self.set_min_tsdr(prm.min_tsdr);
+        self.events.push(SlaveEvent::Parametrised {
+            master: sa,
+            watchdog: self.watchdog,
+        });
+    }
+
+    fn refuse_prm(&mut self, ident: u16, faults: StationStatus) {
+        self.leave(LeaveReason::ParametersRefused);
+        self.faults = faults;
+        self.events.push(SlaveEvent::ParametersRefused { ident });
+    }
+
+    /// 0 keeps the value; the station is never faster than it can be.
+    fn set_min_tsdr(&mut self, bits: u8) {
+        if bits != 0 {
+            self.t_sdr = BitTimes(u32::from(u16::from(bits).max(self.identity.min_tsdr)));
+        }
+    }
+
+    fn chk_cfg(&mut self, now: Instant, sa: Address, data: &[u8]) -> Response<'_> {
+        if self.master != Some(sa) {
+            return REFUSED;
+        }
+        let accepted = self.identity.configurations.check(data);
+        let (Some(lengths), Some(configuration)) = (accepted, Octets::from_slice(data)) else {
+            self.leave(LeaveReason::ConfigurationRefused);
+            self.faults = StationStatus::CFG_FAULT;
+            self.events.push(SlaveEvent::ConfigurationRefused);
+            return Response::ShortAck;
+        };
+        let unchanged =
+            self.phase == SlavePhase::DataExchange && self.configuration == configuration;
+        if unchanged {
+            return Response::ShortAck;
+        }
+        let entered = self.phase != SlavePhase::DataExchange;
+        self.configuration = configuration;
+        self.lengths = lengths;
+        self.outputs.reset(lengths.outputs);
+        self.staged_outputs.reset(lengths.outputs);
+        self.process_inputs.reset(lengths.inputs);
+        self.inputs.reset(lengths.inputs);
+        self.phase = SlavePhase::DataExchange;
+        self.retrigger(now, sa);
+        self.events.push(SlaveEvent::Configured { lengths });
+        if entered {
+            self.events.push(SlaveEvent::EnteredDataExchange);
+        }
+        Response::ShortAck
+    }
+
+    fn known_configuration(&self) -> &[u8] {
+        if self.configuration.is_empty() {
+            self.identity.real_configuration
+        } else {
+            &self.configuration
+        }
+    }
+
+    /// Clear_Data first: a Sync in the same telegram then holds the zeros. "Un" wins over its opposite.
+    fn global_control(&mut self, command: ControlCommand) {
+        if command.contains(ControlCommand::CLEAR_DATA) {
+            self.clear_outputs();
+        }
+        if self.identity.sync == Support::Supported {
+            if command.contains(ControlCommand::UNSYNC) {
+                self.sync = Hold::Follows;
+                self.release_outputs();
+            } else if command.contains(ControlCommand::SYNC) {
+                self.sync = Hold::Held;
+                self.release_outputs();
+            }
+        }
+        if self.identity.freeze == Support::Supported {
+            if command.contains(ControlCommand::UNFREEZE) {
+                self.freeze = Hold::Follows;
+                self.inputs = self.process_inputs;
+            } else if command.contains(ControlCommand::FREEZE) {
+                self.freeze = Hold::Held;
+                self.inputs = self.process_inputs;
+            }
+        }
+    }
+
+    fn release_outputs(&mut self) {
+        if self.outputs != self.staged_outputs {
+            self.outputs = self.staged_outputs;
+            self.new_outputs = true;
+        }
+    }
+
+    /// Every Clear is told, but one that finds zeros already there only once.
+    fn clear_outputs(&mut self) {
+        let had_values = self.outputs.iter().any(|&octet| octet != 0);
+        self.staged_outputs.reset(self.lengths.outputs);
+        self.outputs.reset(self.lengths.outputs);
+        if had_values || self.new_outputs {
+            self.new_outputs = false;
+            self.events.push(SlaveEvent::OutputsCleared);
+        }
+    }
+
+    fn watchdog_expired(&mut self) {
+        self.events.push(SlaveEvent::WatchdogExpired);
+        self.leave(LeaveReason::Watchdog);
+    }
+
+    /// The one way back to waiting for Set_Prm.
+    fn leave(&mut self, reason: LeaveReason) {
+        let was_in_exchange = self.phase == SlavePhase::DataExchange;
+        self.phase = SlavePhase::WaitPrm;
+        self.master = None;
+        self.watchdog = None;
+        self.timers.stop(Timer::Watchdog);
+        self.group = 0;
+        self.sync = Hold::Follows;
+        self.freeze = Hold::Follows;
+        self.inputs = self.process_inputs;
+        if was_in_exchange {
+            if self.identity.outputs_on_leave == OutputsOnLeave::Clear {
+                self.staged_outputs.reset(self.lengths.outputs);
+                self.outputs.reset(self.lengths.outputs);
+                self.new_outputs = false;
+            }
+            self.events.push(SlaveEvent::LeftDataExchange { reason });
+        }
+    }
+}
+
+fn is_srd(header: &Header) -> bool {
+    matches!(
+        header.fc,
+        FunctionCode::Request {
+            function: RequestFunction::SrdLow | RequestFunction::SrdHigh,
+            ..
+        }
+    )
+}
+
+fn copy_padded(from: &[u8], to: &mut [u8]) {
+    for (place, octet) in to.iter_mut().enumerate() {
+        *octet = from.get(place).copied().unwrap_or(0);
+    }
+}
+
+/// Why an identity is no slave's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum IdentityError {
+    /// 127 is no station.
+    #[error("slave address: expected 0 to 126, got {got}")]
+    Address {
+        /// The address.
+        got: Address,
+    },
+    /// The reply time is out of range.
+    #[error("min Tsdr of a slave: expected 11 to 1023 tBIT, got {got}")]
+    MinTsdr {
+        /// The value.
+        got: u16,
+    },
+}
+
+/// Extended diagnosis that fits into no telegram.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("extended diagnosis: expected at most 238 octets, got {got}")]
+pub struct ExtDiagError {
+    /// Octets given.
+    pub got: usize,
+}

@@ -1,0 +1,273 @@
+//! The responder: a station that speaks only when asked.
+
+use super::fcb::{Novelty, RetryGuard};
+use super::params::T_SYN;
+use super::timers::{Timer, Timers};
+use crate::address::Address;
+use crate::station::{LineError, MAX_TELEGRAM};
+use crate::time::{Baud, BitTimes, Duration, Instant};
+use crate::wire::{
+    Decoded, Decoder, FunctionCode, Header, RequestFunction, ResponseFunction, StationType,
+    Telegram,
+};
+
+/// What stands behind a responder and carries requests out.
+pub trait ResponderUser {
+    /// A new request to this station which expects an answer: SRD or SDA.
+    fn handle_request(&mut self, now: Instant, header: &Header, data: &[u8]) -> Response<'_>;
+
+    /// A request recognised as a repetition; only its reply is repeated, but it proves that the master lives.
+    fn handle_repetition(&mut self, now: Instant, header: &Header);
+
+    /// An unacknowledged telegram (SDN) to this station or to all.
+    fn handle_unacknowledged(&mut self, now: Instant, header: &Header, data: &[u8]);
+
+    /// Time between the last bit of a request and the first of its reply, asked after each request. A change by Set_Prm
+    /// already holds for its own acknowledgement.
+    fn t_sdr(&self) -> BitTimes;
+}
+
+/// The answer to a request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Response<'a> {
+    /// The short acknowledgement, `E5`.
+    ShortAck,
+    /// Data with low priority (DL).
+    Low(&'a [u8]),
+    /// Data with high priority (DH): DP announces new diagnosis by it.
+    High(&'a [u8]),
+    /// A refusal without data.
+    Refuse(ResponseFunction),
+}
+
+/// What a responder counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ResponderStatistics {
+    /// Requests to this station, repetitions not counted.
+    pub requests: u64,
+    /// Repeated requests, answered with the stored reply.
+    pub repetitions: u64,
+    /// Replies sent.
+    pub replies: u64,
+    /// Runs of octets that were no telegram.
+    pub discarded: u64,
+    /// Characters the receiver could not use.
+    pub line_errors: u64,
+}
+
+/// Address match, retry recognition and reply timing of a passive station.
+///
+/// The reply leaves min Tsdr after the last bit of the request. Octets that arrive before that withdraw it: somebody else speaks.
+#[derive(Debug, Clone)]
+pub struct Responder {
+    decoder: Decoder,
+    core: Core,
+}
+
+impl Responder {
+    /// A responder on a line; `latency` forgives gaps inside a telegram which an operating system makes.
+    pub fn new(address: Address, baud: Baud, latency: Duration) -> Self {
+        Self {
+            decoder: Decoder::new(),
+            core: Core {
+                address,
+                baud,
+                idle_after: baud.duration(T_SYN) + latency,
+                last_end: None,
+                synchronised: true,
+                guard: RetryGuard::new(),
+                timers: Timers::default(),
+                reply: [0; MAX_TELEGRAM],
+                reply_len: 0,
+                due: false,
+                statistics: ResponderStatistics::default(),
+            },
+        }
+    }
+
+    /// The own address.
+    pub fn address(&self) -> Address {
+        self.core.address
+    }
+
+    /// Counters since the start.
+    pub fn statistics(&self) -> ResponderStatistics {
+        self.core.statistics
+    }
+
+    /// See [`Station::handle_octets`](crate::station::Station::handle_octets).
+    pub fn handle_octets<U: ResponderUser>(&mut self, now: Instant, octets: &[u8], user: &mut U) {
+        self.notice(now, octets.len());
+        let Self { decoder, core } = self;
+        decoder.push(octets, |found| core.handle(now, found, user));
+    }
+
+    /// See [`Station::handle_line_error`](crate::station::Station::handle_line_error).
+    pub fn handle_line_error<U: ResponderUser>(
+        &mut self,
+        now: Instant,
+        error: LineError,
+        user: &mut U,
+    ) {
+        self.notice(now, 1);
+        self.core.statistics.line_errors += 1;
+        // What follows the spoiled character is no start of a telegram, whatever it looks like.
+        self.core.synchronised = false;
+        let Self { decoder, core } = self;
+        decoder.push_line_error(error, |found| core.handle(now, found, user));
+    }
+
+    /// See [`Station::handle_timeout`](crate::station::Station::handle_timeout).
+    pub fn handle_timeout(&mut self, now: Instant) {
+        if self.core.timers.expire(now) == Some(Timer::Pause) {
+            self.core.due = true;
+        }
+    }
+
+    /// When the reply is due.
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        self.core.timers.deadline(Timer::Pause)
+    }
+
+    /// The reply, when it is due; it is due once.
+    pub fn take_reply(&mut self) -> Option<&[u8]> {
+        if !core::mem::take(&mut self.core.due) {
+            return None;
+        }
+        self.core.statistics.replies += 1;
+        self.core.reply.get(..self.core.reply_len)
+    }
+
+    fn notice(&mut self, now: Instant, characters: usize) {
+        let core = &mut self.core;
+        core.timers.stop(Timer::Pause);
+        core.due = false;
+        let begin = now - core.baud.characters(characters);
+        if core
+            .last_end
+            .is_none_or(|end| end + core.idle_after <= begin)
+        {
+            self.decoder.idle();
+            core.synchronised = true;
+        }
+        core.last_end = Some(now);
+    }
+}
+
+#[derive(Debug, Clone)]
+struct Core {
+    address: Address,
+    baud: Baud,
+    idle_after: Duration,
+    last_end: Option<Instant>,
+    synchronised: bool,
+    guard: RetryGuard,
+    timers: Timers,
+    reply: [u8; MAX_TELEGRAM],
+    reply_len: usize,
+    due: bool,
+    statistics: ResponderStatistics,
+}
+
+impl Core {
+    fn handle<U: ResponderUser>(&mut self, now: Instant, found: Decoded<'_>, user: &mut U) {
+        match found {
+            Decoded::Discarded { .. } => {
+                self.statistics.discarded += 1;
+                self.synchronised = false;
+            }
+            Decoded::Telegram(Telegram::Data { header, data }) if self.synchronised => {
+                self.handle_telegram(now, &header, data, user);
+            }
+            Decoded::Telegram(_) => {}
+        }
+    }
+
+    fn handle_telegram<U: ResponderUser>(
+        &mut self,
+        now: Instant,
+        header: &Header,
+        data: &[u8],
+        user: &mut U,
+    ) {
+        let FunctionCode::Request { function, .. } = header.fc else {
+            return;
+        };
+        let to_all = header.da.is_broadcast();
+        // A telegram that claims to come from ourselves would be answered to ourselves.
+        if (header.da != self.address && !to_all) || header.sa == self.address {
+            return;
+        }
+        match function {
+            RequestFunction::SdnLow | RequestFunction::SdnHigh => {
+                user.handle_unacknowledged(now, header, data);
+            }
+            _ if to_all => {}
+            RequestFunction::FdlStatus => {
+                self.statistics.requests += 1;
+                self.answer(header, Response::Refuse(ResponseFunction::Ok));
+                self.schedule(now, user.t_sdr());
+            }
+            RequestFunction::SdaLow
+            | RequestFunction::SdaHigh
+            | RequestFunction::SrdLow
+            | RequestFunction::SrdHigh => match self.guard.judge(header, data) {
+                Novelty::Repetition => {
+                    self.statistics.repetitions += 1;
+                    user.handle_repetition(now, header);
+                    self.schedule(now, user.t_sdr());
+                }
+                Novelty::New => {
+                    self.statistics.requests += 1;
+                    let response = user.handle_request(now, header, data);
+                    self.answer(header, response);
+                    self.schedule(now, user.t_sdr());
+                }
+            },
+            RequestFunction::Ident | RequestFunction::LsapStatus => {
+                self.statistics.requests += 1;
+                self.answer(header, Response::Refuse(ResponseFunction::NoService));
+                self.schedule(now, user.t_sdr());
+            }
+            // Clock telegrams, multicast replies and codes without a name are not for a DP-V0 slave.
+            _ => {}
+        }
+    }
+
+    fn answer(&mut self, request: &Header, response: Response<'_>) {
+        let (function, data) = match response {
+            Response::ShortAck => {
+                self.store(Telegram::ShortAck);
+                return;
+            }
+            Response::Low(data) => (ResponseFunction::DataLow, data),
+            Response::High(data) => (ResponseFunction::DataHigh, data),
+            // A refusal has no data, and without data there is no place for access points.
+            Response::Refuse(function) => {
+                let fc = FunctionCode::response(StationType::Slave, function);
+                self.store(Telegram::no_data(request.sa, self.address, fc));
+                return;
+            }
+        };
+        let header = Header {
+            da: request.sa,
+            sa: self.address,
+            dsap: request.ssap,
+            ssap: request.dsap,
+            fc: FunctionCode::response(StationType::Slave, function),
+        };
+        self.store(Telegram::Data { header, data });
+    }
+
+    fn store(&mut self, telegram: Telegram<'_>) {
+        // A reply that does not fit into a telegram is none: the master sees a silent slave.
+        self.reply_len = telegram.encode(&mut self.reply).unwrap_or(0);
+    }
+
+    fn schedule(&mut self, now: Instant, t_sdr: BitTimes) {
+        if self.reply_len > 0 {
+            self.timers
+                .start(Timer::Pause, now + self.baud.duration(t_sdr));
+        }
+    }
+}

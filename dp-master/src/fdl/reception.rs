@@ -1,0 +1,107 @@
+//! When the telegram being received must have ended.
+
+use crate::station::MAX_TELEGRAM;
+use crate::time::{Baud, Duration, Instant};
+use crate::wire::{SC, SD1, SD2, SD3, SD4};
+
+/// Follows one transmission from its first character and knows when its last one is due.
+///
+/// A line may hand over a telegram in pieces and even in two: the first character alone and the rest at its end. So
+/// silence after a piece proves nothing, but the length announced in the telegram does. While it is not known
+/// (spoiled start), the longest telegram is assumed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reception {
+    /// When the first character ended.
+    first_end: Instant,
+    characters: usize,
+    /// First two characters, as far as they were readable.
+    head: [Option<u8>; 2],
+}
+
+impl Reception {
+    /// Begins with the characters that ended at `now`.
+    pub(super) fn begin(now: Instant, octets: &[u8], baud: Baud) -> Self {
+        let mut reception = Self {
+            first_end: now - baud.characters(octets.len().saturating_sub(1)),
+            characters: 0,
+            head: [None; 2],
+        };
+        reception.extend(octets);
+        reception
+    }
+
+    /// Begins with a character that could not be read.
+    pub(super) fn begin_spoiled(now: Instant) -> Self {
+        Self {
+            first_end: now,
+            characters: 1,
+            head: [None; 2],
+        }
+    }
+
+    /// More characters of the same transmission.
+    pub(super) fn extend(&mut self, octets: &[u8]) {
+        for (slot, &octet) in self
+            .head
+            .iter_mut()
+            .skip(self.characters)
+            .zip(octets.iter())
+        {
+            *slot = Some(octet);
+        }
+        self.characters += octets.len();
+    }
+
+    /// One more character, which could not be read.
+    pub(super) fn extend_spoiled(&mut self) {
+        self.characters += 1;
+    }
+
+    /// When the last character ends, or the longest telegram would.
+    pub(super) fn end(&self, baud: Baud) -> Instant {
+        let expected = match self.head {
+            [Some(SC), _] => 1,
+            [Some(SD4), _] => 3,
+            [Some(SD1), _] => 6,
+            [Some(SD3), _] => 14,
+            [Some(SD2), Some(le)] => (usize::from(le) + 6).min(MAX_TELEGRAM),
+            _ => MAX_TELEGRAM,
+        };
+        let characters = expected.max(self.characters);
+        self.first_end + baud.characters(characters - 1)
+    }
+
+    /// The longest a telegram can take after its first character.
+    pub(super) fn longest(baud: Baud) -> Duration {
+        baud.characters(MAX_TELEGRAM - 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_announced_length_gives_the_end() {
+        let baud = Baud::B500000; // 11 bits = 22 µs
+        let at = |micros| Instant::ZERO + Duration::from_micros(micros);
+        let mut reception = Reception::begin(at(1000), &[SD2], baud);
+        assert_eq!(reception.end(baud), at(1000 + 254 * 22));
+        reception.extend(&[0x05]);
+        // LE 5: 11 characters in all
+        assert_eq!(reception.end(baud), at(1000 + 10 * 22));
+        reception.extend_spoiled();
+        assert_eq!(reception.end(baud), at(1000 + 10 * 22));
+    }
+
+    #[test]
+    fn a_spoiled_start_may_be_the_longest_telegram() {
+        let baud = Baud::B500000;
+        let mut reception = Reception::begin_spoiled(Instant::ZERO);
+        reception.extend(&[0x05, 0x05]);
+        assert_eq!(
+            reception.end(baud),
+            Instant::ZERO + Duration::from_micros(254 * 22)
+        );
+    }
+}
