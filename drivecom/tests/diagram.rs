@@ -1,6 +1,10 @@
 //! The drawings in `docs/` are the tables of the crate.
 //!
 //! Run with `UPDATE_DOCS=1` to write them anew after a change of a table.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test may unwrap: the panic is its report"
+)]
 
 use std::fs;
 use std::path::Path;

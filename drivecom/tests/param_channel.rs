@@ -1,6 +1,10 @@
 //! Both ends of the parameter channel, alone and composed.
 //!
 //! Expected octets: 9300 fact sheet, sections 3.1 to 3.3, 9 (row 22) and 11.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test may unwrap: the panic is its report"
+)]
 
 use drivecom::param::{
     AnswerStyle, Client, ClientOptions, DataLength, EchoRule, ErrorCode, Frame, Handshake, Job,

@@ -114,7 +114,7 @@ fn a_reset_that_did_not_help_ends_and_a_second_one_makes_a_new_edge() {
     pair.trip();
     pair.run(Target::Ready, 5);
     pair.master.request_fault_reset();
-    let mut bits = |pair: &mut Pair, n: usize| -> Vec<bool> {
+    let bits = |pair: &mut Pair, n: usize| -> Vec<bool> {
         (0..n)
             .map(|_| pair.cycle(Target::Ready).reset_fault())
             .collect()
