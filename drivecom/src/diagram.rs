@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::state::State;
-use crate::transition::{DRIVE_MOVES, TRANSITIONS, Transition};
+use crate::transition::{DRIVE_MOVES, TRANSITIONS, Transition, TransitionId};
 
 /// Prints the machine as a Mermaid state diagram: one arrow per origin of every row.
 ///
@@ -29,18 +29,27 @@ impl fmt::Display for StateDiagram {
 
 fn arrows(f: &mut fmt::Formatter<'_>, transition: &Transition) -> fmt::Result {
     if transition.from.iter().next().is_none() {
-        writeln!(
-            f,
-            "    [*] --> {:?} : {} {}",
-            transition.to, transition.id, transition.trigger
-        )?;
+        writeln!(f, "    [*] --> {:?} : {}", transition.to, Label(transition))?;
     }
     for from in transition.from.iter() {
         writeln!(
             f,
-            "    {from:?} --> {:?} : {} {}",
-            transition.to, transition.id, transition.trigger
+            "    {from:?} --> {:?} : {}",
+            transition.to,
+            Label(transition)
         )?;
     }
     Ok(())
+}
+
+// `7 quick stop | disable voltage`; the drive's own moves are named after their trigger already.
+struct Label<'a>(&'a Transition);
+
+impl fmt::Display for Label<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.id {
+            TransitionId::Profile(number) => write!(f, "{number} {}", self.0.trigger),
+            TransitionId::Drive(drive_move) => write!(f, "({})", drive_move.name()),
+        }
+    }
 }
