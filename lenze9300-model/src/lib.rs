@@ -1,1 +1,28 @@
 //! A Lenze 9300 servo position controller as a model.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`units`] | types at the borders of the crate |
+//! | [`plant`] | physics: mains, DC link, inverter, motor, shaft, resolver |
+//! | [`control`] | sampled loops: position, speed, current, and their tuning |
+//! | [`Axis`] | plant and loops together, tick by tick |
+//!
+//! ```
+//! use lenze9300_model::{Axis, AxisCommand, AxisParams, units::Rpm};
+//!
+//! let mut axis = Axis::new(&AxisParams::default());
+//! for _ in 0..8000 {
+//!     axis.tick(AxisCommand::Speed { omega_ref: Rpm(1000.0).to_rad_s(), torque_ff: 0.0 });
+//! }
+//! assert!((Rpm::from_rad_s(axis.sample().omega_meas).0 - 1000.0).abs() < 2.0);
+//! ```
+
+mod axis;
+pub mod control;
+pub mod plant;
+pub mod units;
+
+pub use axis::{
+    Axis, AxisCommand, AxisParams, AxisSample, ControllerCodes, GainScaling, Pulses, TICK_NS,
+    TICKS_PER_MS, TICKS_PER_SPEED_PERIOD,
+};
