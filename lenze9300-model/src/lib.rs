@@ -1,9 +1,36 @@
-//! A Lenze 9300 servo position controller as a model.
+//! A Lenze 9300 servo position controller with its PROFIBUS module, as a model.
 //!
-//! - [`code`]: the codes, their ranges and the negative answers;
-//! - [`traverse`]: the positioning program with its profile generator.
+//! From the shaft upwards:
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`units`] | types at the borders of the crate |
+//! | [`plant`] | physics: mains, DC link, inverter, motor, shaft, resolver |
+//! | [`control`] | sampled loops: position, speed, current, and their tuning |
+//! | [`Axis`] | plant and loops together, tick by tick |
+//! | [`code`] | the codes, their ranges and the negative answers |
+//! | [`traverse`] | the positioning program with its profile generator |
 //!
 //! Everything is sans-I/O: levels and values in, set-values and events out, time as ticks of the fastest task.
+//!
+//! ```
+//! use lenze9300_model::{Axis, AxisCommand, AxisParams, units::Rpm};
+//!
+//! let mut axis = Axis::new(&AxisParams::default());
+//! for _ in 0..8000 {
+//!     axis.tick(AxisCommand::Speed { omega_ref: Rpm(1000.0).to_rad_s(), torque_ff: 0.0 });
+//! }
+//! assert!((Rpm::from_rad_s(axis.sample().omega_meas).0 - 1000.0).abs() < 2.0);
+//! ```
 
+mod axis;
 pub mod code;
+pub mod control;
+pub mod plant;
 pub mod traverse;
+pub mod units;
+
+pub use axis::{
+    Axis, AxisCommand, AxisParams, AxisSample, ControllerCodes, GainScaling, Pulses, TICK_NS, TICKS_PER_MS,
+    TICKS_PER_SPEED_PERIOD,
+};

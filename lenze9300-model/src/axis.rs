@@ -1,0 +1,496 @@
+//! One axis: plant and sampled loops, advanced tick by tick.
+
+use core::f64::consts::SQRT_2;
+
+use crate::control::{CurrentController, Decoupling, PiGains, PositionController, SpeedController};
+use crate::plant::{
+    DcLink, DcLinkParams, Dq, DriveTrain, Feedback, FeedbackParams, LinkState, Mains,
+    MechanicsParams, OutputStage, PmsmParams, ShaftAngle, ShaftSegment, limit_to_voltage_circle,
+    without_denormals,
+};
+use crate::units::{Percent, Rpm};
+
+/// Length of a tick, ns: one period of the current controller at a chopping frequency of 8 kHz (C0018 = 1).
+pub const TICK_NS: u64 = 125_000;
+
+/// Ticks in a period of the speed controller.
+pub const TICKS_PER_SPEED_PERIOD: u64 = 2;
+
+/// Ticks in a millisecond, the period of the function blocks.
+pub const TICKS_PER_MS: u64 = 1_000_000 / TICK_NS;
+
+/// Codes of the drive that set its controllers.
+///
+/// Values as in the code table, converted to floats and SI times. Source: film-feed specification, section 5; design, section 6.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControllerCodes {
+    /// C0011, n_max: reference of all speeds, rpm, 500…16000.
+    pub c0011_n_max: Rpm,
+    /// C0022, I_max: current limit, A rms, 0…3.75; also the reference of C0070.
+    pub c0022_i_max_a: f64,
+    /// C0070, speed controller Vp, 0…255: percent of the torque at C0022 for one percent of C0011.
+    pub c0070_speed_gain: f64,
+    /// C0071, speed controller Tn, s, 0.001…0.600; above 0.512 the integral part is off.
+    pub c0071_speed_tn_s: f64,
+    /// C0075, current controller Vp, 0…15.99: share of nominal link voltage over device peak current.
+    pub c0075_current_gain: f64,
+    /// C0076, current controller Tn, s, 0.0005…2.0; at 2.0 the integral part is off.
+    pub c0076_current_tn_s: f64,
+    /// C0254, position controller Vp, 0…3.9999.
+    pub c0254_position_gain: f64,
+    /// C0497, filter of the displayed speed, s, 0…0.050.
+    pub c0497_speed_filter_s: f64,
+    /// C0909, limit of the speed set-value, percent of C0011.
+    pub c0909_speed_limit: Percent,
+}
+
+impl Default for ControllerCodes {
+    fn default() -> Self {
+        Self {
+            c0011_n_max: Rpm(3000.0),
+            c0022_i_max_a: 1.35,
+            c0070_speed_gain: 5.0,
+            c0071_speed_tn_s: 0.020,
+            c0075_current_gain: 0.75,
+            c0076_current_tn_s: 1.5e-3,
+            c0254_position_gain: 0.4,
+            c0497_speed_filter_s: 2.0e-3,
+            c0909_speed_limit: Percent(175.0),
+        }
+    }
+}
+
+/// Readings of the drive that no source gives, by which codes become gains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GainScaling {
+    /// Link voltage that C0075 refers to, V: 565.7 at 400 V mains. Interpretation (design, section 6).
+    pub nominal_link_v: f64,
+    /// Largest current of the device, A rms: 3.75. Source: film-feed specification, section 1.
+    pub device_i_max_a: f64,
+    /// Position gain for C0254 = 1, 1/s: 125. Assumed (9300 facts 4.6).
+    pub k_v_per_c0254: f64,
+}
+
+impl Default for GainScaling {
+    fn default() -> Self {
+        Self {
+            nominal_link_v: SQRT_2 * 400.0,
+            device_i_max_a: 3.75,
+            k_v_per_c0254: 125.0,
+        }
+    }
+}
+
+/// Everything an axis is made of. The default is the axis of the thesis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisParams {
+    /// The motor.
+    pub motor: PmsmParams,
+    /// Inertias and friction.
+    pub mechanics: MechanicsParams,
+    /// Mains, rectifier and DC link.
+    pub dc_link: DcLinkParams,
+    /// Resolver and converter.
+    pub feedback: FeedbackParams,
+    /// Codes of the controllers.
+    pub codes: ControllerCodes,
+    /// How codes become gains.
+    pub scaling: GainScaling,
+    /// Whether the current controller decouples. Assumed on.
+    pub decoupling: Decoupling,
+    /// Highest speed of the plant, C0596 NMAX; up to it the solver keeps its accuracy. Source: 9300 facts 4.4.
+    pub n_plant_max: Rpm,
+    /// Mains at power-up of the model.
+    pub mains: Mains,
+}
+
+impl Default for AxisParams {
+    fn default() -> Self {
+        Self {
+            motor: PmsmParams::MDSKS036_13,
+            mechanics: MechanicsParams::default(),
+            dc_link: DcLinkParams::default(),
+            feedback: FeedbackParams::default(),
+            codes: ControllerCodes::default(),
+            scaling: GainScaling::default(),
+            decoupling: Decoupling::On,
+            n_plant_max: Rpm(5500.0),
+            mains: Mains::On,
+        }
+    }
+}
+
+impl AxisParams {
+    /// Gains of the current controller, V/A and s: C0075 · U_dc/(√2 I_max) = 80 V/A for the thesis.
+    #[must_use]
+    pub fn current_gains(&self) -> PiGains {
+        let per_unit = self.scaling.nominal_link_v / (SQRT_2 * self.scaling.device_i_max_a);
+        let t_n_s = self.codes.c0076_current_tn_s;
+        PiGains {
+            k_p: self.codes.c0075_current_gain * per_unit,
+            t_n_s: if t_n_s >= 2.0 { f64::INFINITY } else { t_n_s },
+        }
+    }
+
+    /// Torque limit, Nm: the torque of C0022, itself limited to what the device can give; 1.05 Nm for the thesis.
+    #[must_use]
+    pub fn torque_max_nm(&self) -> f64 {
+        let i_max_a = self
+            .codes
+            .c0022_i_max_a
+            .clamp(0.0, self.scaling.device_i_max_a);
+        i_max_a * self.motor.torque_constant_rms()
+    }
+
+    /// Gains of the speed controller, Nm·s/rad and s: C0070 · M(C0022)/n_max = 0.01671 Nm·s/rad for the thesis.
+    #[must_use]
+    pub fn speed_gains(&self) -> PiGains {
+        let t_n_s = self.codes.c0071_speed_tn_s;
+        PiGains {
+            k_p: self.codes.c0070_speed_gain * self.torque_max_nm()
+                / self.codes.c0011_n_max.to_rad_s(),
+            t_n_s: if t_n_s > 0.512 { f64::INFINITY } else { t_n_s },
+        }
+    }
+
+    /// Position controller: k_v = 125 1/s · C0254, limited to C0909.
+    #[must_use]
+    pub fn position_controller(&self) -> PositionController {
+        PositionController::new(
+            self.codes.c0254_position_gain * self.scaling.k_v_per_c0254,
+            self.codes.c0909_speed_limit.to_factor() * self.codes.c0011_n_max.to_rad_s(),
+        )
+    }
+}
+
+/// What the axis is told to do during a tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum AxisCommand {
+    /// Output stage off at once, the motor coasts; the position is still measured.
+    #[doc(alias = "Reglersperre")]
+    Inhibited,
+    /// Follow a speed. The speed controller takes the values up at its next period (every second tick).
+    Speed {
+        /// Speed set-value, rad/s at the motor shaft.
+        omega_ref: f64,
+        /// Torque known in advance, Nm; 0 in the drive of the thesis, which has no acceleration feed-forward.
+        torque_ff: f64,
+    },
+}
+
+/// Whether the output stage pulses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pulses {
+    /// Inhibited, by command or by LU or OU.
+    Inhibited,
+    /// Pulsing.
+    Enabled,
+}
+
+/// What drive and observer see at the end of a tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisSample {
+    /// Position that the resolver gives, increments since power-up.
+    pub position: i64,
+    /// Speed that the controllers see, rad/s.
+    pub omega_meas: f64,
+    /// The same behind the filter C0497, for displays and the speed word (MCTRL-NACT), rad/s.
+    pub omega_filtered: f64,
+    /// Current along d, A peak.
+    pub i_d: f64,
+    /// Current along q, A peak.
+    pub i_q: f64,
+    /// Torque in the air gap, Nm.
+    pub torque: f64,
+    /// Torque set-value of the speed controller, Nm.
+    pub torque_ref: f64,
+    /// Voltage applied during the tick, V peak of a phase; zero while inhibited.
+    pub voltage: Dq,
+    /// DC link, V.
+    pub u_dc: f64,
+    /// DC link against the thresholds of C0173.
+    pub link: LinkState,
+    /// Whether the output stage pulsed during the tick.
+    pub pulses: Pulses,
+    /// Whether C0022 limited the torque in the last period of the speed controller.
+    pub torque_limited: bool,
+    /// Whether the DC link limited the voltage that was computed in this tick.
+    pub voltage_limited: bool,
+    /// True speed of the shaft, rad/s; only a model knows it.
+    pub omega_true: f64,
+    /// True angle of the shaft since power-up.
+    pub angle: ShaftAngle,
+}
+
+impl AxisSample {
+    /// Motor current, A rms (C0054).
+    #[must_use]
+    pub fn current_rms(&self) -> f64 {
+        Dq::new(self.i_d, self.i_q).phase_rms()
+    }
+}
+
+/// One axis in virtual time.
+///
+/// A tick of [`TICK_NS`] runs, in this order: sample (taken at the end of the tick before) → position and interpolator (the
+/// caller's, once a millisecond, through the command) → speed (every second tick) → current → the plant moves on under the
+/// voltage that the tick *before* has computed. One tick of computing delay, as in the drive.
+///
+/// LU and OU inhibit the pulses within the same tick and the axis resumes by itself; the half-second rule belongs to the device.
+/// Whenever pulses start, the controllers start with no current and no torque at the actual speed.
+///
+/// Same parameters, same commands: same bits. Nothing allocates, and no transcendental function is called in a tick.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    params: AxisParams,
+    train: DriveTrain,
+    link: DcLink,
+    feedback: Feedback,
+    speed: SpeedController,
+    current: CurrentController,
+    pending: OutputStage,
+    i_q_ref: f64,
+    amperes_per_nm: f64,
+    filter_share: f64,
+    tick: u64,
+    sample: AxisSample,
+}
+
+impl Axis {
+    /// An axis at rest at position 0; the DC link is charged if the mains are on.
+    #[must_use]
+    pub fn new(params: &AxisParams) -> Self {
+        let train = DriveTrain::new(
+            &params.motor,
+            &params.mechanics,
+            params.n_plant_max.to_rad_s(),
+            TICK_S,
+        );
+        let link = DcLink::new(&params.dc_link, params.mains, TICK_S);
+        let sample = AxisSample {
+            position: 0,
+            omega_meas: 0.0,
+            omega_filtered: 0.0,
+            i_d: 0.0,
+            i_q: 0.0,
+            torque: 0.0,
+            torque_ref: 0.0,
+            voltage: Dq::ZERO,
+            u_dc: link.voltage(),
+            link: link.state(),
+            pulses: Pulses::Inhibited,
+            torque_limited: false,
+            voltage_limited: false,
+            omega_true: 0.0,
+            angle: ShaftAngle::default(),
+        };
+        let mut axis = Self {
+            params: *params,
+            feedback: Feedback::new(&params.feedback, train.angle(), TICK_S),
+            speed: SpeedController::new(
+                params.speed_gains(),
+                params.torque_max_nm(),
+                TICKS_PER_SPEED_PERIOD as f64 * TICK_S,
+            ),
+            current: CurrentController::new(
+                params.current_gains(),
+                &params.motor,
+                params.decoupling,
+                TICK_S,
+            ),
+            train,
+            link,
+            pending: OutputStage::Inhibited,
+            i_q_ref: 0.0,
+            amperes_per_nm: 0.0,
+            filter_share: 1.0,
+            tick: 0,
+            sample,
+        };
+        axis.set_codes(params.codes);
+        axis
+    }
+
+    /// Moves the axis on by one tick and returns the way its shaft took.
+    pub fn tick(&mut self, command: AxisCommand) -> ShaftSegment {
+        let applied = match command {
+            AxisCommand::Speed {
+                omega_ref,
+                torque_ff,
+            } if self.sample.link == LinkState::Normal => self.control(omega_ref, torque_ff),
+            AxisCommand::Speed { .. } | AxisCommand::Inhibited => self.inhibit(),
+        };
+        let segment = self.train.advance(applied);
+        self.link.advance(self.train.electrical_power_w());
+        self.tick += 1;
+        self.take_sample(applied);
+        segment
+    }
+
+    /// What was seen at the end of the last tick.
+    #[must_use]
+    pub fn sample(&self) -> &AxisSample {
+        &self.sample
+    }
+
+    /// Ticks since power-up.
+    #[must_use]
+    pub fn tick_count(&self) -> u64 {
+        self.tick
+    }
+
+    /// Parameters in use.
+    #[must_use]
+    pub fn params(&self) -> &AxisParams {
+        &self.params
+    }
+
+    /// Torque of the load against the positive direction, reduced to the motor, Nm.
+    pub fn set_load_torque(&mut self, load_nm: f64) {
+        self.train.set_load_torque(load_nm);
+    }
+
+    /// Switches the mains.
+    pub fn set_mains(&mut self, mains: Mains) {
+        self.link.set_mains(mains);
+    }
+
+    /// Takes over changed codes; integrators keep what they hold. Not meant for every tick.
+    pub fn set_codes(&mut self, codes: ControllerCodes) {
+        self.params.codes = codes;
+        self.speed
+            .set_gains(self.params.speed_gains(), self.params.torque_max_nm());
+        self.current.set_gains(self.params.current_gains());
+        self.amperes_per_nm = 1.0 / self.params.motor.torque_per_peak_ampere();
+        self.filter_share = TICK_S / (TICK_S + codes.c0497_speed_filter_s.max(0.0));
+    }
+
+    /// Lets the controllers start anew at the actual speed, without current set-value or integral torque.
+    pub fn reset_controllers(&mut self) {
+        self.speed.reset();
+        self.i_q_ref = 0.0;
+        self.sample.torque_ref = 0.0;
+        let back_emf = self.current.reset(self.sample.omega_meas);
+        if self.pending != OutputStage::Inhibited {
+            self.pending =
+                OutputStage::Active(limit_to_voltage_circle(back_emf, self.sample.u_dc).voltage);
+        }
+    }
+
+    /// Lets the shaft turn at a given speed at once, as if driven from outside: the initial state of a trial.
+    pub fn set_shaft_speed(&mut self, omega_mech_rad_s: f64) {
+        self.train.set_omega(omega_mech_rad_s);
+        self.feedback.preset(self.train.angle(), omega_mech_rad_s);
+        self.sample.omega_meas = omega_mech_rad_s;
+        self.sample.omega_filtered = omega_mech_rad_s;
+        self.sample.omega_true = omega_mech_rad_s;
+    }
+
+    /// Speed and current controller; returns what the output stage does in this tick.
+    #[inline]
+    fn control(&mut self, omega_ref: f64, torque_ff: f64) -> OutputStage {
+        if self.pending == OutputStage::Inhibited {
+            self.start();
+        }
+        let applied = self.pending;
+        if self.tick.is_multiple_of(TICKS_PER_SPEED_PERIOD) {
+            let demand = self
+                .speed
+                .step(omega_ref - self.sample.omega_meas, torque_ff);
+            self.i_q_ref = demand.torque_nm * self.amperes_per_nm;
+            self.sample.torque_ref = demand.torque_nm;
+            self.sample.torque_limited = demand.limited;
+        }
+        let measured = Dq::new(self.sample.i_d, self.sample.i_q);
+        let demand = self.current.compute_output(
+            Dq::new(0.0, self.i_q_ref),
+            measured,
+            self.sample.omega_meas,
+        );
+        let realised = limit_to_voltage_circle(demand.voltage, self.sample.u_dc);
+        self.current.update(&demand, realised.voltage);
+        self.sample.voltage_limited = realised.limited;
+        self.pending = OutputStage::Active(realised.voltage);
+        applied
+    }
+
+    /// First tick with pulses: meets the turning motor with its own voltage, so that no current surges.
+    #[cold]
+    fn start(&mut self) {
+        self.pending = OutputStage::Active(Dq::ZERO);
+        self.reset_controllers();
+    }
+
+    #[inline]
+    fn inhibit(&mut self) -> OutputStage {
+        if self.pending != OutputStage::Inhibited {
+            self.pending = OutputStage::Inhibited;
+            self.link.absorb(self.train.winding_energy_j());
+            self.i_q_ref = 0.0;
+            self.sample.torque_ref = 0.0;
+            self.sample.torque_limited = false;
+            self.sample.voltage_limited = false;
+        }
+        OutputStage::Inhibited
+    }
+
+    #[inline]
+    fn take_sample(&mut self, applied: OutputStage) {
+        let angle = self.train.angle();
+        self.feedback.sample(angle);
+        let current = self.train.current();
+        let sample = &mut self.sample;
+        sample.position = self.feedback.position();
+        sample.omega_meas = self.feedback.omega();
+        sample.omega_filtered = without_denormals(
+            sample.omega_filtered + self.filter_share * (sample.omega_meas - sample.omega_filtered),
+        );
+        sample.i_d = current.d;
+        sample.i_q = current.q;
+        sample.torque = self.train.torque();
+        sample.u_dc = self.link.voltage();
+        sample.link = self.link.state();
+        (sample.voltage, sample.pulses) = match applied {
+            OutputStage::Active(voltage) => (voltage, Pulses::Enabled),
+            OutputStage::Inhibited => (Dq::ZERO, Pulses::Inhibited),
+        };
+        sample.omega_true = self.train.omega();
+        sample.angle = angle;
+    }
+}
+
+/// Length of a tick, s.
+const TICK_S: f64 = TICK_NS as f64 * 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_codes_of_the_thesis_give_the_gains_of_the_design() {
+        // Source: design, section 6: 80 V/A, 0.01671 Nm·s/rad, 50 1/s, 1.05 Nm.
+        let params = AxisParams::default();
+        assert!((params.current_gains().k_p - 80.0).abs() < 0.01);
+        assert!((params.current_gains().t_n_s - 1.5e-3).abs() < 1e-12);
+        assert!((params.speed_gains().k_p - 0.01671).abs() < 5e-6);
+        assert!((params.torque_max_nm() - 1.05).abs() < 1e-9);
+        assert!((params.position_controller().k_v() - 50.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn long_integral_times_switch_the_integral_part_off() {
+        // Source: 9300 facts 4.4: C0071 above 512 ms off, C0076 at 2000 ms off.
+        let mut params = AxisParams::default();
+        params.codes.c0071_speed_tn_s = 0.5125;
+        params.codes.c0076_current_tn_s = 2.0;
+        assert_eq!(params.speed_gains().t_n_s, f64::INFINITY);
+        assert_eq!(params.current_gains().t_n_s, f64::INFINITY);
+    }
+
+    #[test]
+    fn a_current_limit_above_the_device_is_cut() {
+        let mut params = AxisParams::default();
+        params.codes.c0022_i_max_a = 9.0;
+        assert!((params.torque_max_nm() - 3.75 * 0.70 / 0.90).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,27 @@
+//! Physics of one axis: mains, DC link, inverter, motor, shaft, resolver.
+//!
+//! Convention of the crate: quantities of the machine are peak-valued (amplitude-invariant) and rotor-fixed, see [`Dq`]. Angles
+//! and speeds are those of the motor shaft and positive in the direction of positive q current. All values are SI; the
+//! fidelity is F1 of the design, an averaged inverter and an ideal current measurement.
+
+mod dc_link;
+mod dq;
+mod drive_train;
+mod feedback;
+mod inverter;
+mod mechanics;
+mod pmsm;
+mod shaft;
+mod solver;
+
+pub use dc_link::{BrakeModule, DcLink, DcLinkParams, LinkState, LinkThresholds, Mains};
+pub use dq::Dq;
+pub use drive_train::DriveTrain;
+pub use feedback::{Feedback, FeedbackParams};
+pub use inverter::{OutputStage, Realised, limit_to_voltage_circle};
+pub use mechanics::{Contact, MechanicsParams};
+pub use pmsm::{MotorState, PmsmParams};
+pub use shaft::{ShaftAngle, ShaftSegment};
+pub use solver::{MAX_STEP_TIMES_RADIUS, rk4_step, substeps};
+
+pub(crate) use drive_train::without_denormals;
