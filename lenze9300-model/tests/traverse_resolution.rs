@@ -41,7 +41,7 @@ fn truncation_goes_toward_zero() {
 #[test]
 fn a_thousand_feeds_add_the_fraction_up_or_carry_it() {
     let film = film();
-    let exact = 1200.0 * 2561.847_045_972_878;
+    let exact = 1200.0 * 2_561.847_045_972_878;
     let mut residue = Residue::default();
     let (mut truncated, mut carried) = (0, 0);
     for _ in 0..1000 {
