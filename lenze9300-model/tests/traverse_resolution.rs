@@ -17,7 +17,7 @@ fn the_check_values_of_the_film_hold() {
     assert_eq!(film.whole_increments(50_0000), 128_092);
     assert_eq!(film.whole_increments(100_0000), 256_184);
     assert_eq!(film.whole_increments(1150_0000), 2_946_124);
-    assert_relative_eq!(film.increments_per_unit(), 2561.847_046, epsilon = 1e-6);
+    assert_relative_eq!(film.increments_per_unit(), 2_561.847_046, epsilon = 1e-6);
     assert_relative_eq!(film.velocity(100_0000, 1200_0000), 3074.216, epsilon = 1e-3);
     assert_relative_eq!(
         film.acceleration(100_0000, 2400_0000),
@@ -41,7 +41,7 @@ fn truncation_goes_toward_zero() {
 #[test]
 fn a_thousand_feeds_add_the_fraction_up_or_carry_it() {
     let film = film();
-    let exact = 1200.0 * 2561.847_045_972_878;
+    let exact = 1200.0 * 2_561.847_045_972_878;
     let mut residue = Residue::default();
     let (mut truncated, mut carried) = (0, 0);
     for _ in 0..1000 {

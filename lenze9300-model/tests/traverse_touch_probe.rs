@@ -69,7 +69,7 @@ fn the_whole_motion_takes_its_exact_time() {
         let ticks = rig.feed() as f64;
         // Travel 2 818 032 inc from rest to 20 %, then 3 330 400 inc from 20 % to rest, at 100 % acceleration.
         let (a, u) = (6.148_432_9, 614.843_291);
-        let v = 3074.216_455 * f64::from(velocity) / 100e4;
+        let v = 3_074.216_455 * f64::from(velocity) / 100e4;
         let travel = v / a + (v - u) / a + (2_818_032.0 - v * v / a + 0.5 * u * u / a) / v;
         let search = u / a + (3_330_400.0 - 0.5 * u * u / a) / u;
         let exact = travel + search;
@@ -166,10 +166,10 @@ fn the_film_runs_backwards_above_the_limiting_speed_and_never_below() {
     }
 }
 
-/// A mark on the set-value of a tick is acted upon in place: then the limit is exact.
+/// The touch is acted upon one tick after it: v²/2a + v · 1 ms = 50 mm gives 487.5 mm/s (40.626 %) instead of 489.9.
 #[test]
-fn the_limit_of_the_reversal_is_489_9_mm_per_second() {
-    for (percent, backwards) in [(40_8200, false), (40_8300, true)] {
+fn acting_a_millisecond_late_lowers_the_limit_of_the_reversal_a_little() {
+    for (percent, backwards) in [(40_6200, false), (40_6300, true)] {
         let mut rig = printed();
         rig.set(C1302, 2, percent);
         rig.start();
@@ -180,15 +180,8 @@ fn the_limit_of_the_reversal_is_489_9_mm_per_second() {
         rig.inputs.touch = Some(TouchEvent {
             position: rig.last.position,
         });
-        // The edge is handed over in the same millisecond: nothing of the 50 mm is used up but one tick.
-        let velocity = rig.last.velocity;
-        let limit = (2.0 * 6.148_432_9 * (128_092.0 - velocity)).sqrt();
         rig.tick();
-        assert_eq!(rig.reversed(), velocity > limit);
-        assert!(
-            !backwards || rig.reversed(),
-            "above 489.9 mm/s it always turns round"
-        );
+        assert_eq!(rig.reversed(), backwards, "{percent}");
     }
 }
 

@@ -19,7 +19,7 @@ impl StartGate {
         ready: bool,
         dominated: bool,
     ) -> Option<Result<(), StartRefusal>> {
-        let rising = level && !std::mem::replace(&mut self.level, level);
+        let rising = !std::mem::replace(&mut self.level, level) && level;
         let armed = std::mem::replace(&mut self.armed, ready && !level);
         if !rising {
             return None;

@@ -5,32 +5,32 @@ use lenze9300_model::code::{CodeStore, Inhibit};
 use lenze9300_model::traverse::*;
 
 /// Increments per millimetre (9300 facts 11).
-pub const PER_MM: f64 = 2561.847_045_972_878;
+pub(crate) const PER_MM: f64 = 2_561.847_045_972_878;
 
-pub struct Rig {
-    pub traverse: Traverse,
-    pub codes: CodeStore,
-    pub inputs: TraverseInputs,
-    pub last: Setpoint,
+pub(crate) struct Rig {
+    pub(crate) traverse: Traverse,
+    pub(crate) codes: CodeStore,
+    pub(crate) inputs: TraverseInputs,
+    pub(crate) last: Setpoint,
     /// Film position that counts as 0, in inc of the roller since power-up.
-    pub reference: i64,
+    pub(crate) reference: i64,
     /// Film position in inc.
-    pub film: i64,
+    pub(crate) film: i64,
     /// Marks on the film in inc, ascending.
-    pub marks: Vec<i64>,
-    pub probe: TouchProbe,
-    pub events: Vec<TraverseEvent>,
-    pub ticks: u64,
+    pub(crate) marks: Vec<i64>,
+    pub(crate) probe: TouchProbe,
+    pub(crate) events: Vec<TraverseEvent>,
+    pub(crate) ticks: u64,
 }
 
 #[allow(dead_code, reason = "each test file uses its part of the rig")]
 impl Rig {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self::with_parameters(TraverseParameters::default())
     }
 
     /// The film feed, enabled, at rest, at 100 % speed and acceleration, 1200 mm, marks read at 20 %.
-    pub fn with_parameters(parameters: TraverseParameters) -> Self {
+    pub(crate) fn with_parameters(parameters: TraverseParameters) -> Self {
         let mut rig = Self {
             traverse: Traverse::with_parameters(film_feed_program(), parameters),
             codes: CodeStore::thesis(),
@@ -54,13 +54,13 @@ impl Rig {
         rig
     }
 
-    pub fn set(&mut self, code: u16, subcode: u8, value: i32) {
+    pub(crate) fn set(&mut self, code: u16, subcode: u8, value: i32) {
         self.codes
             .write(code, subcode, value, Inhibit::Inactive)
-            .unwrap();
+            .expect("a value in range");
     }
 
-    pub fn tick(&mut self) -> Setpoint {
+    pub(crate) fn tick(&mut self) -> Setpoint {
         self.inputs.pos_act = self.film - self.reference;
         let setpoint = self.traverse.tick_1ms(&self.inputs, &self.codes);
         self.reference -= setpoint.reference_shift;
@@ -85,14 +85,14 @@ impl Rig {
         setpoint
     }
 
-    pub fn run(&mut self, ticks: u64) {
+    pub(crate) fn run(&mut self, ticks: u64) {
         for _ in 0..ticks {
             self.tick();
         }
     }
 
     /// Low for a tick, then high: the edge is in the last tick.
-    pub fn start(&mut self) {
+    pub(crate) fn start(&mut self) {
         self.inputs.start = false;
         self.tick();
         self.inputs.start = true;
@@ -100,7 +100,7 @@ impl Rig {
     }
 
     /// Ticks until the program runs no more (bounded by a minute).
-    pub fn until_ended(&mut self) -> u64 {
+    pub(crate) fn until_ended(&mut self) -> u64 {
         for ticks in 1..=60_000 {
             self.tick();
             if !self.traverse.status().running {
@@ -111,25 +111,25 @@ impl Rig {
     }
 
     /// Starts and works the program off; the number of ticks from the edge to the end.
-    pub fn feed(&mut self) -> u64 {
+    pub(crate) fn feed(&mut self) -> u64 {
         self.start();
         self.until_ended()
     }
 
-    pub fn film_mm(&self) -> f64 {
+    pub(crate) fn film_mm(&self) -> f64 {
         self.film as f64 / PER_MM
     }
 
     /// A mark this many millimetres ahead of the present position.
-    pub fn mark_ahead(&mut self, mm: f64) {
+    pub(crate) fn mark_ahead(&mut self, mm: f64) {
         self.marks.push(self.film + (mm * PER_MM).round() as i64);
     }
 
-    pub fn saw(&self, event: TraverseEvent) -> bool {
+    pub(crate) fn saw(&self, event: TraverseEvent) -> bool {
         self.events.contains(&event)
     }
 
-    pub fn reversed(&self) -> bool {
+    pub(crate) fn reversed(&self) -> bool {
         self.events
             .iter()
             .any(|event| matches!(event, TraverseEvent::ReversalPlanned { .. }))
@@ -138,6 +138,6 @@ impl Rig {
 
 /// Record number, known to lie in range.
 #[allow(dead_code, reason = "each test file uses its part of the rig")]
-pub fn number(number: u8) -> RecordNumber {
-    RecordNumber::new(number).unwrap()
+pub(crate) fn number(number: u8) -> RecordNumber {
+    RecordNumber::new(number).expect("1 to 32")
 }
