@@ -20,8 +20,10 @@ pub struct PiGains {
 /// x += T/T_N · (K_p e + u_realised − u)
 /// ```
 ///
-/// Without a limit the bracket is K_p·e, the plain integral. Under a limit x runs, with time constant T_N, to the value at
-/// which the controller just demands the limit: no wind-up, whatever limited it (torque, voltage, or a limit elsewhere).
+/// Without a limit the bracket is K_p·e, the plain integral. Under a limit it is u_realised − x: the integrator moves as if
+/// the error had been the one that just demands the limit (Hanus' conditioning), runs to the limit with time constant T_N
+/// and never past it. Thus the output leaves the limit as soon as the error changes its sign, whatever limited it
+/// (torque, voltage, or a limit elsewhere).
 #[derive(Debug, Clone)]
 pub struct PiController {
     gains: PiGains,
@@ -111,15 +113,15 @@ mod tests {
     }
 
     #[test]
-    fn a_limited_controller_leaves_the_limit_as_soon_as_the_error_falls() {
+    fn a_limited_controller_leaves_the_limit_as_soon_as_the_error_changes_its_sign() {
         let mut pi = PiController::new(GAINS, 250e-6);
         for _ in 0..4000 {
             let u = pi.compute_output(3.0);
             pi.update(3.0, u, u.min(1.0));
         }
-        // After 50 T_N the demand stands at the limit; a smaller error leads straight back inside.
-        assert!((pi.compute_output(3.0) - 1.0).abs() < 1e-9);
-        assert!(pi.compute_output(2.9) < 1.0);
+        // A plain integral would have grown to 2 · 3.0 · 1 s/20 ms = 300.
+        assert!((pi.integral() - 1.0).abs() < 1e-9, "{}", pi.integral());
+        assert!(pi.compute_output(-0.01) < 1.0);
     }
 
     #[test]

@@ -276,7 +276,7 @@ mod tests {
         }
         let expected = 10.0 / 19.8 * (1.0 - (-16.0 * DT_S * 19.8 / 30.5e-3_f64).exp());
         assert!(
-            (train.current().q - expected).abs() < 1e-8,
+            (train.current().q - expected).abs() < 2e-7,
             "{} {expected}",
             train.current().q
         );
