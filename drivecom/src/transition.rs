@@ -352,14 +352,49 @@ pub(crate) fn next(
     commands: CommandSet,
     conditions: Conditions,
 ) -> Option<&'static Transition> {
-    static PROFILE: [Transition; 16] = TRANSITIONS;
-    static OWN: [Transition; 3] = DRIVE_MOVES;
-    let fault = &PROFILE[13];
-    core::iter::once(fault)
-        .chain(&OWN)
-        .chain(&PROFILE)
-        .find(|transition| transition.fires(state, commands, conditions))
+    let mut rows = ROWS_OF_STATE[state as usize];
+    while rows != 0 {
+        let transition = ROWS.get(rows.trailing_zeros() as usize)?;
+        if transition.fires(state, commands, conditions) {
+            return Some(transition);
+        }
+        rows &= rows - 1;
+    }
+    None
 }
+
+// Both tables in the order of precedence: transition 13, the drive's own moves, then the profile by number.
+static ROWS: [Transition; 20] = {
+    let mut rows = [TRANSITIONS[13]; 20];
+    let mut i = 0;
+    while i < DRIVE_MOVES.len() {
+        rows[1 + i] = DRIVE_MOVES[i];
+        i += 1;
+    }
+    i = 0;
+    while i < TRANSITIONS.len() {
+        rows[4 + i] = TRANSITIONS[i];
+        i += 1;
+    }
+    rows
+};
+
+// Which rows leave a state, row n at bit n: a state has six at most, and the machine steps once per bus cycle.
+const ROWS_OF_STATE: [u32; 8] = {
+    let mut masks = [0; 8];
+    let mut state = 0;
+    while state < State::ALL.len() {
+        let mut row = 0;
+        while row < ROWS.len() {
+            if ROWS[row].from.contains(State::ALL[state]) {
+                masks[state] |= 1 << row;
+            }
+            row += 1;
+        }
+        state += 1;
+    }
+    masks
+};
 
 const fn row(
     number: u8,

@@ -527,6 +527,27 @@ fn an_answer_image_that_falls_to_zero_is_no_answer() {
 }
 
 #[test]
+fn a_drive_that_has_echoed_once_must_go_on_echoing() {
+    let mut chain = Chain::new(ServerOptions::default(), 0);
+    let job = read(1204);
+    chain.ask(job).unwrap();
+    chain.client.request(job).unwrap();
+    let mut sent = chain.client.step(&chain.to_master);
+    // Every level comes back, but with nothing behind it.
+    let result = loop {
+        let empty = Frame([sent.0[0] & 0x40, 0, 0, 0, 0, 0, 0, 0]);
+        sent = chain.client.step(&empty);
+        if let Some(result) = chain.client.poll_result() {
+            break result;
+        }
+    };
+    assert!(
+        matches!(result, Err(RequestError::NotDelivered { attempts: 3, .. })),
+        "{result:?}"
+    );
+}
+
+#[test]
 fn a_drive_without_echo_is_recognised_by_its_second_answer() {
     let mut chain = Chain::new(ServerOptions::default(), 1);
     chain.echoes = false;
