@@ -4,9 +4,8 @@ use core::f64::consts::SQRT_2;
 
 use crate::control::{CurrentController, Decoupling, PiGains, PositionController, SpeedController};
 use crate::plant::{
-    DcLink, DcLinkParams, Dq, DriveTrain, Feedback, FeedbackParams, LinkState, Mains,
-    MechanicsParams, OutputStage, PmsmParams, ShaftAngle, ShaftSegment, limit_to_voltage_circle,
-    without_denormals,
+    DcLink, DcLinkParams, Dq, DriveTrain, Feedback, FeedbackParams, LinkState, Mains, MechanicsParams, OutputStage,
+    PmsmParams, ShaftAngle, ShaftSegment, limit_to_voltage_circle, without_denormals,
 };
 use crate::units::{Percent, Rpm};
 
@@ -135,10 +134,7 @@ impl AxisParams {
     /// Torque limit, Nm: the torque of C0022, itself limited to what the device can give; 1.05 Nm for the thesis.
     #[must_use]
     pub fn torque_max_nm(&self) -> f64 {
-        let i_max_a = self
-            .codes
-            .c0022_i_max_a
-            .clamp(0.0, self.scaling.device_i_max_a);
+        let i_max_a = self.codes.c0022_i_max_a.clamp(0.0, self.scaling.device_i_max_a);
         i_max_a * self.motor.torque_constant_rms()
     }
 
@@ -147,8 +143,7 @@ impl AxisParams {
     pub fn speed_gains(&self) -> PiGains {
         let t_n_s = self.codes.c0071_speed_tn_s;
         PiGains {
-            k_p: self.codes.c0070_speed_gain * self.torque_max_nm()
-                / self.codes.c0011_n_max.to_rad_s(),
+            k_p: self.codes.c0070_speed_gain * self.torque_max_nm() / self.codes.c0011_n_max.to_rad_s(),
             t_n_s: if t_n_s > 0.512 { f64::INFINITY } else { t_n_s },
         }
     }
@@ -260,12 +255,7 @@ impl Axis {
     /// An axis at rest at position 0; the DC link is charged if the mains are on.
     #[must_use]
     pub fn new(params: &AxisParams) -> Self {
-        let train = DriveTrain::new(
-            &params.motor,
-            &params.mechanics,
-            params.n_plant_max.to_rad_s(),
-            TICK_S,
-        );
+        let train = DriveTrain::new(&params.motor, &params.mechanics, params.n_plant_max.to_rad_s(), TICK_S);
         let link = DcLink::new(&params.dc_link, params.mains, TICK_S);
         let sample = AxisSample {
             position: 0,
@@ -292,12 +282,7 @@ impl Axis {
                 params.torque_max_nm(),
                 TICKS_PER_SPEED_PERIOD as f64 * TICK_S,
             ),
-            current: CurrentController::new(
-                params.current_gains(),
-                &params.motor,
-                params.decoupling,
-                TICK_S,
-            ),
+            current: CurrentController::new(params.current_gains(), &params.motor, params.decoupling, TICK_S),
             train,
             link,
             pending: OutputStage::Inhibited,
@@ -314,10 +299,9 @@ impl Axis {
     /// Moves the axis on by one tick and returns the way its shaft took.
     pub fn tick(&mut self, command: AxisCommand) -> ShaftSegment {
         let applied = match command {
-            AxisCommand::Speed {
-                omega_ref,
-                torque_ff,
-            } if self.sample.link == LinkState::Normal => self.control(omega_ref, torque_ff),
+            AxisCommand::Speed { omega_ref, torque_ff } if self.sample.link == LinkState::Normal => {
+                self.control(omega_ref, torque_ff)
+            }
             AxisCommand::Speed { .. } | AxisCommand::Inhibited => self.inhibit(),
         };
         let segment = self.train.advance(applied);
@@ -372,8 +356,7 @@ impl Axis {
         self.sample.torque_ref = 0.0;
         let back_emf = self.current.reset(self.sample.omega_meas);
         if self.pending != OutputStage::Inhibited {
-            self.pending =
-                OutputStage::Active(limit_to_voltage_circle(back_emf, self.sample.u_dc).voltage);
+            self.pending = OutputStage::Active(limit_to_voltage_circle(back_emf, self.sample.u_dc).voltage);
         }
     }
 
@@ -394,19 +377,15 @@ impl Axis {
         }
         let applied = self.pending;
         if self.tick.is_multiple_of(TICKS_PER_SPEED_PERIOD) {
-            let demand = self
-                .speed
-                .step(omega_ref - self.sample.omega_meas, torque_ff);
+            let demand = self.speed.step(omega_ref - self.sample.omega_meas, torque_ff);
             self.i_q_ref = demand.torque_nm * self.amperes_per_nm;
             self.sample.torque_ref = demand.torque_nm;
             self.sample.torque_limited = demand.limited;
         }
         let measured = Dq::new(self.sample.i_d, self.sample.i_q);
-        let demand = self.current.compute_output(
-            Dq::new(0.0, self.i_q_ref),
-            measured,
-            self.sample.omega_meas,
-        );
+        let demand = self
+            .current
+            .compute_output(Dq::new(0.0, self.i_q_ref), measured, self.sample.omega_meas);
         let realised = limit_to_voltage_circle(demand.voltage, self.sample.u_dc);
         self.current.update(&demand, realised.voltage);
         self.sample.voltage_limited = realised.limited;
@@ -442,9 +421,8 @@ impl Axis {
         let sample = &mut self.sample;
         sample.position = self.feedback.position();
         sample.omega_meas = self.feedback.omega();
-        sample.omega_filtered = without_denormals(
-            sample.omega_filtered + self.filter_share * (sample.omega_meas - sample.omega_filtered),
-        );
+        sample.omega_filtered =
+            without_denormals(sample.omega_filtered + self.filter_share * (sample.omega_meas - sample.omega_filtered));
         sample.i_d = current.d;
         sample.i_q = current.q;
         sample.torque = self.train.torque();

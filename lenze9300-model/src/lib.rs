@@ -10,6 +10,9 @@
 //! | [`Axis`] | plant and loops together, tick by tick |
 //! | [`code`] | the codes, their ranges and the negative answers |
 //! | [`traverse`] | the positioning program with its profile generator |
+//! | [`device`] | the drive: terminals, monitoring, the 1 ms task |
+//! | [`bus`] | EMF2133IB, the PROFIBUS module |
+//! | [`noise`] | counter-based noise |
 //!
 //! Everything is sans-I/O: levels and values in, set-values and events out, time as ticks of the fastest task.
 //!
@@ -24,8 +27,11 @@
 //! ```
 
 mod axis;
+pub mod bus;
 pub mod code;
 pub mod control;
+pub mod device;
+pub mod noise;
 pub mod plant;
 pub mod traverse;
 pub mod units;

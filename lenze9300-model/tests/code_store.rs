@@ -1,9 +1,7 @@
 //! Reading and writing codes.
 
 use lenze9300_model::code::table::number::*;
-use lenze9300_model::code::{
-    CODE_TABLE, CodeError, CodeStore, Concern, DataLength, ErrorReply, Inhibit, WriteEffect,
-};
+use lenze9300_model::code::{CODE_TABLE, CodeError, CodeStore, Concern, DataLength, ErrorReply, Inhibit, WriteEffect};
 use proptest::prelude::*;
 
 fn reply(error: CodeError) -> [u8; 4] {
@@ -43,10 +41,7 @@ fn the_preset_is_the_commissioning_of_the_film_feed() {
         assert_eq!(codes.number(code, 0), value, "C{code:04}");
     }
     // 9300 facts 3.2: data bytes 00 1B 52 F4.
-    assert_eq!(
-        codes.read(C1204, 0).unwrap().to_be_bytes(),
-        [0x00, 0x1B, 0x52, 0xF4]
-    );
+    assert_eq!(codes.read(C1204, 0).unwrap().to_be_bytes(), [0x00, 0x1B, 0x52, 0xF4]);
     // 9300 facts 11: 2561.847046 inc/mm.
     assert_eq!(codes.read(C1205, 0), Ok(2561_8470));
 }
@@ -58,10 +53,7 @@ fn each_error_is_its_row_of_the_list() {
     let unknown = codes.read(1251, 0).unwrap_err();
     assert_eq!(unknown, CodeError::UnknownCode { code: 1251 });
     assert_eq!(reply(unknown), [0x06, 0x07, 0x00, 0x00]);
-    assert_eq!(
-        reply(codes.read(9999, 0).unwrap_err()),
-        [0x06, 0x07, 0x00, 0x00]
-    );
+    assert_eq!(reply(codes.read(9999, 0).unwrap_err()), [0x06, 0x07, 0x00, 0x00]);
 
     let subcode = codes.read(C1302, 35).unwrap_err();
     assert_eq!(
@@ -74,14 +66,8 @@ fn each_error_is_its_row_of_the_list() {
         }
     );
     assert_eq!(reply(subcode), [0x06, 0x05, 0x00, 0x11]);
-    assert_eq!(
-        reply(codes.read(C1302, 0).unwrap_err()),
-        [0x06, 0x05, 0x00, 0x11]
-    );
-    assert_eq!(
-        reply(codes.read(C0011, 1).unwrap_err()),
-        [0x06, 0x05, 0x00, 0x11]
-    );
+    assert_eq!(reply(codes.read(C1302, 0).unwrap_err()), [0x06, 0x05, 0x00, 0x11]);
+    assert_eq!(reply(codes.read(C0011, 1).unwrap_err()), [0x06, 0x05, 0x00, 0x11]);
 
     let display = codes.write(C0051, 0, 0, Inhibit::Active).unwrap_err();
     assert_eq!(
@@ -93,9 +79,7 @@ fn each_error_is_its_row_of_the_list() {
     );
     assert_eq!(reply(display), [0x06, 0x03, 0x00, 0x00]);
 
-    let enabled = codes
-        .write(C0086, 0, 108_0000, Inhibit::Inactive)
-        .unwrap_err();
+    let enabled = codes.write(C0086, 0, 108_0000, Inhibit::Inactive).unwrap_err();
     assert_eq!(
         enabled,
         CodeError::OnlyWhileInhibited {
@@ -105,9 +89,7 @@ fn each_error_is_its_row_of_the_list() {
     );
     assert_eq!(reply(enabled), [0x08, 0x00, 0x00, 0x30]);
 
-    let high = codes
-        .write(C1302, 1, 100_0100, Inhibit::Inactive)
-        .unwrap_err();
+    let high = codes.write(C1302, 1, 100_0100, Inhibit::Inactive).unwrap_err();
     assert_eq!(
         high,
         CodeError::TooHigh {
@@ -131,19 +113,14 @@ fn each_error_is_its_row_of_the_list() {
     );
     assert_eq!(reply(low), [0x08, 0x00, 0x00, 0x32]);
 
-    let unlisted = codes
-        .write(C0086, 0, 109_0000, Inhibit::Active)
-        .unwrap_err();
+    let unlisted = codes.write(C0086, 0, 109_0000, Inhibit::Active).unwrap_err();
     assert_eq!(
         reply(unlisted),
         [0x08, 0x00, 0x00, 0x31],
         "above the greatest of the selection"
     );
     let unlisted = codes.write(C0086, 0, 5_0000, Inhibit::Active).unwrap_err();
-    assert!(matches!(
-        unlisted,
-        CodeError::OutsideSelection { got: 5_0000, .. }
-    ));
+    assert!(matches!(unlisted, CodeError::OutsideSelection { got: 5_0000, .. }));
     assert_eq!(reply(unlisted), [0x08, 0x00, 0x00, 0x30]);
 
     assert_eq!(
@@ -163,10 +140,7 @@ fn each_error_is_its_row_of_the_list() {
         })
     );
     assert_eq!(codes.check_length(C1301, 4), Ok(()));
-    assert_eq!(
-        reply(CodeError::ImpermissibleJob { job: 3 }),
-        [0x06, 0x05, 0x00, 0x10]
-    );
+    assert_eq!(reply(CodeError::ImpermissibleJob { job: 3 }), [0x06, 0x05, 0x00, 0x10]);
     assert_eq!(
         CodeError::TransferRunning.reply(),
         ErrorReply {
@@ -184,19 +158,13 @@ fn the_motor_list_sets_exactly_its_dependants() {
     let before = codes.clone();
     let effect = codes.write(C0086, 0, 108_0000, Inhibit::Active);
     assert_eq!(effect, Ok(WriteEffect::Changed(Concern::MotorList)));
-    let dependants = [
-        6, 22, 70, 71, 75, 76, 81, 84, 85, 87, 88, 89, 90, 91, 583, 584, 594,
-    ];
+    let dependants = [6, 22, 70, 71, 75, 76, 81, 84, 85, 87, 88, 89, 90, 91, 583, 584, 594];
     for line in CODE_TABLE.iter().filter(|line| line.last_subcode == 0) {
         let changed = codes.read(line.number, 0) != before.read(line.number, 0);
         if line.number == 86 {
             assert!(changed);
         } else if changed {
-            assert!(
-                dependants.contains(&line.number),
-                "C{:04} changed",
-                line.number
-            );
+            assert!(dependants.contains(&line.number), "C{:04} changed", line.number);
         }
     }
     // Whatever they were before, they have the motor's values afterwards.
@@ -224,20 +192,12 @@ fn motor_data_by_hand_mean_no_lenze_motor() {
     ] {
         let mut codes = CodeStore::thesis();
         let effect = codes.write(code, 0, value, Inhibit::Active);
-        assert_eq!(
-            effect,
-            Ok(WriteEffect::Changed(Concern::Motor)),
-            "C{code:04}"
-        );
+        assert_eq!(effect, Ok(WriteEffect::Changed(Concern::Motor)), "C{code:04}");
         assert_eq!(codes.read(C0086, 0), Ok(0), "C{code:04}");
     }
     let mut codes = CodeStore::thesis();
     codes.write(C0022, 0, 2_0000, Inhibit::Active).unwrap();
-    assert_eq!(
-        codes.read(C0086, 0),
-        Ok(108_0000),
-        "C0022 is no motor datum"
-    );
+    assert_eq!(codes.read(C0086, 0), Ok(108_0000), "C0022 is no motor datum");
 }
 
 #[test]
@@ -256,10 +216,7 @@ fn a_refused_write_changes_nothing() {
 fn variables_are_writable_while_enabled_and_repeats_change_nothing() {
     let mut codes = CodeStore::thesis();
     let changed = Ok(WriteEffect::Changed(Concern::Program));
-    assert_eq!(
-        codes.write(C1301, 1, 12_000_000, Inhibit::Inactive),
-        changed
-    );
+    assert_eq!(codes.write(C1301, 1, 12_000_000, Inhibit::Inactive), changed);
     let generation = codes.generation();
     let again = codes.write(C1301, 1, 12_000_000, Inhibit::Inactive);
     assert_eq!(again, Ok(WriteEffect::Unchanged));
@@ -302,15 +259,8 @@ fn only_zero_resets_a_trip_and_the_drive_shows_the_state() {
         codes.write(C0043, 0, 1_0000, Inhibit::Inactive),
         Ok(WriteEffect::Unchanged)
     );
-    assert_eq!(
-        codes.write(C0043, 0, 0, Inhibit::Inactive),
-        Ok(WriteEffect::TripReset)
-    );
-    assert_eq!(
-        codes.read(C0043, 0),
-        Ok(1_0000),
-        "until the drive has reset it"
-    );
+    assert_eq!(codes.write(C0043, 0, 0, Inhibit::Inactive), Ok(WriteEffect::TripReset));
+    assert_eq!(codes.read(C0043, 0), Ok(1_0000), "until the drive has reset it");
 }
 
 #[test]

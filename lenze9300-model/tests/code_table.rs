@@ -1,20 +1,14 @@
 //! The declaration table of the codes.
 
 use lenze9300_model::code::table::number::*;
-use lenze9300_model::code::{
-    CODE_TABLE, CodeStore, DataLength, Domain, Form, Kind, Writable, entry,
-};
+use lenze9300_model::code::{CODE_TABLE, CodeStore, DataLength, Domain, Form, Kind, Writable, entry};
 
 #[test]
 fn every_line_is_found_by_its_number() {
     for line in CODE_TABLE {
         assert_eq!(entry(line.number), Some(line));
     }
-    assert!(
-        CODE_TABLE
-            .windows(2)
-            .all(|pair| pair[0].number < pair[1].number)
-    );
+    assert!(CODE_TABLE.windows(2).all(|pair| pair[0].number < pair[1].number));
 }
 
 #[test]
@@ -28,11 +22,7 @@ fn every_factory_value_lies_in_its_domain() {
             }
             Domain::Selection(values) => {
                 assert!(values.contains(&value), "C{:04}", line.number);
-                assert!(
-                    values.windows(2).all(|pair| pair[0] < pair[1]),
-                    "C{:04}",
-                    line.number
-                );
+                assert!(values.windows(2).all(|pair| pair[0] < pair[1]), "C{:04}", line.number);
             }
         }
     }
@@ -71,9 +61,7 @@ fn exactly_these_codes_need_the_inhibit() {
         .filter(|line| line.writable == Writable::OnlyInhibited)
         .map(|line| line.number)
         .collect();
-    let expected = [
-        5, 6, 81, 84, 85, 86, 87, 88, 89, 90, 91, 173, 1202, 1203, 1204,
-    ];
+    let expected = [5, 6, 81, 84, 85, 86, 87, 88, 89, 90, 91, 173, 1202, 1203, 1204];
     assert_eq!(listed, expected);
 }
 

@@ -126,10 +126,7 @@ fn feed(params: &AxisParams, after_s: f64) -> Report {
                 ticks += 1;
             }
             assert!(!sample.torque_limited && !sample.voltage_limited);
-            bits = bits.rotate_left(5)
-                ^ at_mm.to_bits()
-                ^ sample.u_dc.to_bits()
-                ^ sample.i_q.to_bits();
+            bits = bits.rotate_left(5) ^ at_mm.to_bits() ^ sample.u_dc.to_bits() ^ sample.i_q.to_bits();
         }
     }
     report.settle_s = last_outside_s - duration_s;
@@ -145,11 +142,7 @@ fn a_feed_settles_within_a_hundredth_of_a_millimetre_and_stands_on_its_target() 
     println!("{report:#?}");
     // Source: film-feed specification, section 1: ±0.01 mm; design: about 0.1 s after the end of the set-value.
     assert!(report.settle_s < 0.12, "{}", report.settle_s);
-    assert!(
-        report.final_error_inc.abs() <= 2,
-        "{}",
-        report.final_error_inc
-    );
+    assert!(report.final_error_inc.abs() <= 2, "{}", report.final_error_inc);
     // The film must not run back: 10 µm.
     assert!(report.reverse_mm < 0.010, "{}", report.reverse_mm);
 }
@@ -184,10 +177,7 @@ fn the_following_error_at_the_end_of_acceleration_has_its_analytic_peak() {
     let alpha_mm = 2400.0;
     let expected = peak_following_error(alpha_mm, params.speed_gains(), J_TOTAL, 50.0);
     let report = feed(&params, 0.1);
-    println!(
-        "analytic {expected} mm, cruise {} mm",
-        report.cruise_error_mm
-    );
+    println!("analytic {expected} mm, cruise {} mm", report.cruise_error_mm);
     assert!((0.08..0.12).contains(&expected), "{expected}");
     // The sampled loop adds some dead time: within 15 %.
     assert!(
@@ -218,11 +208,7 @@ fn without_friction_the_feed_stands_as_well() {
     params.mechanics.coulomb_nm = 0.0;
     let report = feed(&params, 0.6);
     println!("{report:#?}");
-    assert!(
-        report.final_error_inc.abs() <= 2,
-        "{}",
-        report.final_error_inc
-    );
+    assert!(report.final_error_inc.abs() <= 2, "{}", report.final_error_inc);
 }
 
 #[test]
@@ -232,11 +218,7 @@ fn an_eleven_bit_resolver_stops_within_its_steps() {
     params.feedback.resolver_bits = 11;
     let report = feed(&params, 0.5);
     println!("{report:#?}");
-    assert!(
-        report.final_error_inc.abs() <= 64,
-        "{}",
-        report.final_error_inc
-    );
+    assert!(report.final_error_inc.abs() <= 64, "{}", report.final_error_inc);
 }
 
 #[test]

@@ -97,8 +97,7 @@ fn sampled_current_step(gains_from: &AxisParams) -> Vec<f64> {
         ..MechanicsParams::default()
     };
     let mut train = DriveTrain::new(&motor, &locked, 500.0, TICK_S);
-    let mut current =
-        CurrentController::new(gains_from.current_gains(), &motor, Decoupling::On, TICK_S);
+    let mut current = CurrentController::new(gains_from.current_gains(), &motor, Decoupling::On, TICK_S);
     let mut pending = Dq::ZERO;
     (0..80)
         .map(|_| {
@@ -106,10 +105,7 @@ fn sampled_current_step(gains_from: &AxisParams) -> Vec<f64> {
             let realised = limit_to_voltage_circle(demand.voltage, 565.7);
             assert!(!realised.limited);
             current.update(&demand, realised.voltage);
-            train.advance(OutputStage::Active(std::mem::replace(
-                &mut pending,
-                realised.voltage,
-            )));
+            train.advance(OutputStage::Active(std::mem::replace(&mut pending, realised.voltage)));
             train.current().q
         })
         .collect()
@@ -128,10 +124,7 @@ fn the_sampled_current_loop_rises_within_about_five_t_sigma() {
         rise_s / sampled_t_sigma_s(TICK_S)
     );
     assert!((1.03..1.10).contains(&peak), "{peak}");
-    assert!(
-        (3.5..5.5).contains(&(rise_s / sampled_t_sigma_s(TICK_S))),
-        "{rise_s}"
-    );
+    assert!((3.5..5.5).contains(&(rise_s / sampled_t_sigma_s(TICK_S))), "{rise_s}");
     assert_eq!(response[0], 0.0, "one tick of computing delay");
     assert!((response[79] - 1.0).abs() < 2e-3, "{}", response[79]);
 }

@@ -67,10 +67,7 @@ fn a_controlled_axis_stands_exactly_for_a_million_ticks_after_a_move() {
         axis.tick(speed(0.0));
     }
     assert_eq!(axis.sample().angle, at);
-    assert_eq!(
-        (axis.sample().omega_true, axis.sample().omega_meas),
-        (0.0, 0.0)
-    );
+    assert_eq!((axis.sample().omega_true, axis.sample().omega_meas), (0.0, 0.0));
     assert!(axis.sample().torque.abs() < 0.05);
 }
 
@@ -142,10 +139,7 @@ fn an_inhibited_axis_coasts_to_a_stop_after_the_analytic_time() {
         axis.tick(AxisCommand::Inhibited);
         ticks += 1;
     }
-    assert!(
-        (f64::from(ticks) * TICK_S - 0.5484).abs() <= TICK_S,
-        "{ticks}"
-    );
+    assert!((f64::from(ticks) * TICK_S - 0.5484).abs() <= TICK_S, "{ticks}");
     let turned = (axis.sample().angle.increments() as f64) * std::f64::consts::TAU / 65_536.0;
     assert!((turned - 0.5 * 300.0 * 0.5484).abs() < 1e-3, "{turned}");
 }
@@ -157,10 +151,7 @@ fn an_inhibit_takes_the_current_away_within_its_tick() {
     assert!(axis.sample().i_q > 1.0);
     axis.tick(AxisCommand::Inhibited);
     let s = axis.sample();
-    assert_eq!(
-        (s.i_d, s.i_q, s.torque, s.pulses),
-        (0.0, 0.0, 0.0, Pulses::Inhibited)
-    );
+    assert_eq!((s.i_d, s.i_q, s.torque, s.pulses), (0.0, 0.0, 0.0, Pulses::Inhibited));
 }
 
 #[test]
@@ -204,10 +195,7 @@ fn braking_a_large_inertia_raises_the_link_to_the_ou_threshold() {
         }
     }
     assert!((770.0..773.0).contains(&peak), "{peak}");
-    assert!(
-        inhibited_at_v.is_some_and(|v| v > 769.0),
-        "{inhibited_at_v:?}"
-    );
+    assert!(inhibited_at_v.is_some_and(|v| v > 769.0), "{inhibited_at_v:?}");
     assert!(resumed_at_v.is_some_and(|v| v < 756.0), "{resumed_at_v:?}");
 }
 
@@ -251,10 +239,7 @@ fn without_mains_the_link_falls_to_lu_and_the_pulses_stop() {
     axis.set_mains(Mains::Off);
     run(&mut axis, 2.0, speed(100.0));
     let s = axis.sample();
-    assert_eq!(
-        (s.link, s.pulses),
-        (LinkState::Undervoltage, Pulses::Inhibited)
-    );
+    assert_eq!((s.link, s.pulses), (LinkState::Undervoltage, Pulses::Inhibited));
     assert!(s.u_dc < 285.0);
     assert_eq!(s.omega_true, 0.0);
     axis.set_mains(Mains::On);
@@ -341,7 +326,6 @@ fn every_edge_along_an_acceleration_is_found_once_and_at_its_moment() {
 fn a_locked_shaft_is_stuck_and_a_turning_one_is_not() {
     assert_eq!(Contact::Stuck, {
         let mechanics = AxisParams::default().mechanics;
-        lenze9300_model::plant::DriveTrain::new(&PmsmParams::MDSKS036_13, &mechanics, 500.0, TICK_S)
-            .contact()
+        lenze9300_model::plant::DriveTrain::new(&PmsmParams::MDSKS036_13, &mechanics, 500.0, TICK_S).contact()
     });
 }

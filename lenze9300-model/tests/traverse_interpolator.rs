@@ -61,10 +61,7 @@ fn a_target_too_near_is_passed_and_returned_to() {
     assert!(plan.reverses());
     let end = plan.end().unwrap();
     let ticks = end.ceil() as u64;
-    let farthest = (0..=ticks)
-        .map(|tick| plan.at(tick, 0.0).position)
-        .max()
-        .unwrap();
+    let farthest = (0..=ticks).map(|tick| plan.at(tick, 0.0).position).max().unwrap();
     assert!(farthest > 50_000);
     assert_eq!(plan.at(ticks, 0.0).position, 50_000);
     assert_eq!(plan.at(ticks, 0.0).velocity, 0.0);
@@ -137,11 +134,7 @@ fn hours_of_travel_do_not_drift() {
 }
 
 fn limits() -> impl Strategy<Value = Limits> {
-    (1.0..4000.0_f64, 0.05..10.0_f64, 0.05..10.0_f64).prop_map(|(v_max, acc, dec)| Limits {
-        v_max,
-        acc,
-        dec,
-    })
+    (1.0..4000.0_f64, 0.05..10.0_f64, 0.05..10.0_f64).prop_map(|(v_max, acc, dec)| Limits { v_max, acc, dec })
 }
 
 /// Oracle for one motion: limits kept, continuous, and at every moment one limit used up. `Err` names what failed.
@@ -183,25 +176,13 @@ fn judge(plan: &Plan, start: PathState, target: i64, limits: &Limits) -> Result<
 /// The oracle must reject a plan made for half the speed or for twice the acceleration.
 #[test]
 fn the_oracle_rejects_slow_and_hard_plans() {
-    let slow = from_rest(
-        1_200_000,
-        &Limits {
-            v_max: 600.0,
-            ..FILM
-        },
-    );
+    let slow = from_rest(1_200_000, &Limits { v_max: 600.0, ..FILM });
     assert!(
         judge(&slow, PathState::at_rest(0), 1_200_000, &FILM)
             .unwrap_err()
             .contains("slow")
     );
-    let fast = from_rest(
-        1_200_000,
-        &Limits {
-            v_max: 1300.0,
-            ..FILM
-        },
-    );
+    let fast = from_rest(1_200_000, &Limits { v_max: 1300.0, ..FILM });
     assert!(
         judge(&fast, PathState::at_rest(0), 1_200_000, &FILM)
             .unwrap_err()

@@ -20,11 +20,7 @@ fn jogging() -> Rig {
 fn manual_travels_at_the_manual_speed_along_the_ramp() {
     let mut rig = jogging();
     rig.run(51);
-    assert!(
-        (rig.last.velocity - SPEED).abs() < 0.001,
-        "{}",
-        rig.last.velocity
-    );
+    assert!((rig.last.velocity - SPEED).abs() < 0.001, "{}", rig.last.velocity);
     rig.run(1000);
     // 50 ms up to 120 mm/s (3 mm), then 1000 ms at 120 mm/s.
     assert!((rig.film_mm() - 123.0).abs() < 0.2, "{}", rig.film_mm());
@@ -83,9 +79,7 @@ fn leaving_manual_brakes_and_the_next_feed_starts_there() {
     rig.tick();
     assert!(rig.last.moving && !rig.traverse.status().ready_to_start);
     rig.run(60);
-    assert!(
-        !rig.last.moving && rig.traverse.status().ready_to_start && rig.traverse.status().in_target
-    );
+    assert!(!rig.last.moving && rig.traverse.status().ready_to_start && rig.traverse.status().in_target);
     let rest = rig.film;
     assert_eq!(rig.feed(), 1500);
     assert_eq!(rig.film, rest + 3_074_216);
@@ -121,9 +115,5 @@ fn speed_and_ramp_follow_their_parameters_and_codes() {
     rig.run(1250);
     assert!(rig.last.velocity < 768.554);
     rig.run(2);
-    assert!(
-        (rig.last.velocity - 768.554).abs() < 0.001,
-        "{}",
-        rig.last.velocity
-    );
+    assert!((rig.last.velocity - 768.554).abs() < 0.001, "{}", rig.last.velocity);
 }

@@ -60,10 +60,7 @@ fn each_feed_sets_the_reference_anew_and_the_target_chain_goes_on() {
         assert_eq!(rig.film, feeds * 3_074_216);
     }
     let shift = TraverseEvent::SetReference { shift: -3_074_216 };
-    assert_eq!(
-        rig.events.iter().filter(|&&event| event == shift).count(),
-        4
-    );
+    assert_eq!(rig.events.iter().filter(|&&event| event == shift).count(), 4);
 }
 
 /// 9300 facts 4.2: set-value and actual value shift together, the following error stays.
@@ -81,11 +78,7 @@ fn setting_the_reference_keeps_the_following_error() {
     assert_eq!(rig.last.position, 10);
     assert_eq!(rig.traverse.status().target, 3_074_226);
     rig.until_ended();
-    assert_eq!(
-        rig.film,
-        2 * 3_074_216,
-        "the following error did not add up"
-    );
+    assert_eq!(rig.film, 2 * 3_074_216, "the following error did not add up");
 }
 
 /// Film-feed specification, section 5: 0.455 inc per feed, adding up.
@@ -224,11 +217,7 @@ fn the_program_starts_at_the_record_of_c1211() {
     rig.set(C1211, 0, 2_0000);
     assert_eq!(rig.feed(), 1500);
     rig.feed();
-    assert_eq!(
-        rig.last.position,
-        2 * 3_074_216,
-        "record 01 did not set the reference"
-    );
+    assert_eq!(rig.last.position, 2 * 3_074_216, "record 01 did not set the reference");
 }
 
 // ---- stop and reset ------------------------------------------------------------------------------------------------
@@ -247,18 +236,8 @@ fn stop_brakes_with_the_ramp_of_the_record_and_start_continues_it() {
     assert!(rig.traverse.status().moving);
     rig.run(2);
     let status = rig.traverse.status();
-    assert!(
-        !status.moving
-            && status.running
-            && status.interrupted
-            && !status.ended
-            && !status.in_target
-    );
-    assert!(
-        (rig.film_mm() - at - 300.0).abs() < 1.3,
-        "{}",
-        rig.film_mm() - at
-    );
+    assert!(!status.moving && status.running && status.interrupted && !status.ended && !status.in_target);
+    assert!((rig.film_mm() - at - 300.0).abs() < 1.3, "{}", rig.film_mm() - at);
     rig.inputs.stop = false;
     rig.feed();
     assert_eq!(rig.last.position, 3_074_216);
@@ -368,10 +347,7 @@ fn without_enable_the_set_value_follows_the_film() {
     assert!(!rig.traverse.status().in_target);
     rig.inputs.enabled = true;
     let setpoint = rig.tick();
-    assert_eq!(
-        (setpoint.position, setpoint.velocity),
-        (3_074_216 + 1000, 0.0)
-    );
+    assert_eq!((setpoint.position, setpoint.velocity), (3_074_216 + 1000, 0.0));
 }
 
 #[test]
@@ -439,10 +415,7 @@ fn a_record_waits_switches_dwells_and_jumps() {
     assert_eq!(rig.traverse.status().outputs, 0x0001);
     rig.run(1500);
     let status = rig.traverse.status();
-    assert_eq!(
-        (status.outputs, status.record, status.moving),
-        (0x8001, 1, false)
-    );
+    assert_eq!((status.outputs, status.record, status.moving), (0x8001, 1, false));
     rig.run(249);
     assert_eq!(rig.traverse.status().record, 1);
     rig.tick();
@@ -528,19 +501,13 @@ fn programs_that_cannot_be_worked_off_are_refused() {
         jump: Successor::Record(number(2)),
         ..record
     };
-    assert_eq!(
-        refused(&[(1, jump)]),
-        ProgramError::NoSuccessor { record: 1, to: 2 }
-    );
+    assert_eq!(refused(&[(1, jump)]), ProgramError::NoSuccessor { record: 1, to: 2 });
     let fly = Record {
         dwell: Some(1),
         final_velocity: FinalVelocity::Variable(1),
         ..record
     };
-    assert_eq!(
-        refused(&[(1, fly)]),
-        ProgramError::DwellOnTheFly { record: 1 }
-    );
+    assert_eq!(refused(&[(1, fly)]), ProgramError::DwellOnTheFly { record: 1 });
     let output = Record {
         switch_after: Some(OutputLevel {
             output: 17,
@@ -548,10 +515,7 @@ fn programs_that_cannot_be_worked_off_are_refused() {
         }),
         ..record
     };
-    assert_eq!(
-        refused(&[(1, output)]),
-        ProgramError::Output { record: 1, got: 17 }
-    );
+    assert_eq!(refused(&[(1, output)]), ProgramError::Output { record: 1, got: 17 });
     let variable = Record {
         velocity: Velocity::Variable(35),
         ..record
@@ -579,12 +543,7 @@ fn programs_that_cannot_be_worked_off_are_refused() {
 #[test]
 fn the_built_in_program_has_the_four_records_of_the_film_feed() {
     let program = film_feed_program();
-    assert_eq!(
-        (1..=32)
-            .filter(|&n| program.record(number(n)).is_some())
-            .count(),
-        4
-    );
+    assert_eq!((1..=32).filter(|&n| program.record(number(n)).is_some()).count(), 4);
     let record = |n| program.record(number(n)).unwrap();
     assert_eq!(record(1).mode, Mode::SetReference);
     assert_eq!(record(1).jump, Successor::Record(number(2)));

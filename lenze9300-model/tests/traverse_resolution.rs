@@ -19,11 +19,7 @@ fn the_check_values_of_the_film_hold() {
     assert_eq!(film.whole_increments(1150_0000), 2_946_124);
     assert_relative_eq!(film.increments_per_unit(), 2_561.847_046, epsilon = 1e-6);
     assert_relative_eq!(film.velocity(100_0000, 1200_0000), 3074.216, epsilon = 1e-3);
-    assert_relative_eq!(
-        film.acceleration(100_0000, 2400_0000),
-        6.148_433,
-        epsilon = 1e-6
-    );
+    assert_relative_eq!(film.acceleration(100_0000, 2400_0000), 6.148_433, epsilon = 1e-6);
     // 1200 mm/s are 2814.5292 rpm at the motor.
     let rpm = film.velocity(100_0000, 1200_0000) * 60_000.0 / 65_536.0;
     assert_relative_eq!(rpm, 2814.5292, epsilon = 1e-4);

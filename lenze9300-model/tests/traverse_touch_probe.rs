@@ -25,10 +25,7 @@ fn a_mark_anywhere_in_its_tolerance_is_found_and_left_50_mm_behind() {
         assert!(status.ended && status.in_target && !status.no_mark_found);
         assert!(!rig.reversed());
         let target = mark + 128_092;
-        assert!(rig.saw(TraverseEvent::MarkLatched {
-            position: mark,
-            target
-        }));
+        assert!(rig.saw(TraverseEvent::MarkLatched { position: mark, target }));
     }
 }
 
@@ -45,11 +42,7 @@ fn the_change_from_travel_to_search_is_on_the_fly() {
     }
     let after = rig.last;
     // 240 mm/s = 614.843 inc/ms. The tick before was still braking by at most 6.15 inc/ms.
-    assert!(
-        (after.velocity - 614.843).abs() < 1e-3,
-        "{}",
-        after.velocity
-    );
+    assert!((after.velocity - 614.843).abs() < 1e-3, "{}", after.velocity);
     assert!(before.velocity >= after.velocity - 1e-9 && before.velocity <= after.velocity + 6.149);
     let way = (after.position - before.position) as f64;
     let mean = 0.5 * (before.velocity + after.velocity);
@@ -73,10 +66,7 @@ fn the_whole_motion_takes_its_exact_time() {
         let travel = v / a + (v - u) / a + (2_818_032.0 - v * v / a + 0.5 * u * u / a) / v;
         let search = u / a + (3_330_400.0 - 0.5 * u * u / a) / u;
         let exact = travel + search;
-        assert!(
-            ticks >= exact - 0.01 && ticks < exact + 1.0,
-            "{ticks} against {exact}"
-        );
+        assert!(ticks >= exact - 0.01 && ticks < exact + 1.0, "{ticks} against {exact}");
     }
 }
 
@@ -107,10 +97,7 @@ fn no_mark_at_all_is_reported_at_the_end_of_the_search() {
     rig.run(2);
     rig.mark_ahead(1150.0);
     rig.start();
-    assert!(
-        !rig.traverse.status().no_mark_found,
-        "the next start clears it"
-    );
+    assert!(!rig.traverse.status().no_mark_found, "the next start clears it");
 }
 
 #[test]
@@ -155,11 +142,7 @@ fn the_film_runs_backwards_above_the_limiting_speed_and_never_below() {
                 rig.tick();
                 backwards |= rig.film < before;
             }
-            assert_eq!(
-                backwards,
-                speed > limit_mm_s,
-                "{speed} mm/s at {acceleration}"
-            );
+            assert_eq!(backwards, speed > limit_mm_s, "{speed} mm/s at {acceleration}");
             assert_eq!(rig.reversed(), backwards, "{speed} mm/s at {acceleration}");
             assert_eq!(rig.film, mark + 128_092);
         }
@@ -242,10 +225,7 @@ fn travelling_backwards_the_rest_counts_backwards_whatever_its_sign() {
 #[test]
 fn touches_outside_the_window_and_after_the_first_do_not_count() {
     let rule = TouchRule {
-        window: TouchWindow::Between {
-            first: 5,
-            second: 4,
-        },
+        window: TouchWindow::Between { first: 5, second: 4 },
         residual: ResidualPath::Variable(6),
     };
     let search = Record {

@@ -2,9 +2,7 @@
 
 use super::error::CodeError;
 use super::motor_list::MOTOR_LIST;
-use super::table::{
-    CODE_TABLE, CodeEntry, Concern, Domain, Kind, PLACE_COUNT, PLACES, Writable, line_of, number::*,
-};
+use super::table::{CODE_TABLE, CodeEntry, Concern, Domain, Kind, PLACE_COUNT, PLACES, Writable, line_of, number::*};
 use crate::traverse::Resolution;
 
 /// Whether the controller is inhibited while a code is written.
@@ -91,10 +89,7 @@ impl CodeStore {
             let first = usize::from(PLACES[line]);
             values[first..first + entry.count()].fill(entry.factory);
         }
-        let mut store = Self {
-            values,
-            generation: 0,
-        };
+        let mut store = Self { values, generation: 0 };
         store.refresh_derived();
         store
     }
@@ -107,10 +102,7 @@ impl CodeStore {
         let mut store = Self::factory();
         for (code, value) in THESIS {
             let accepted = store.write(code, 0, value, Inhibit::Active);
-            debug_assert!(
-                accepted.is_ok(),
-                "the preset lies inside the ranges: {accepted:?}"
-            );
+            debug_assert!(accepted.is_ok(), "the preset lies inside the ranges: {accepted:?}");
         }
         store
     }
@@ -135,13 +127,7 @@ impl CodeStore {
     /// In this order: [`CodeError::UnknownCode`], [`CodeError::UnknownSubcode`], [`CodeError::ReadOnly`],
     /// [`CodeError::OnlyWhileInhibited`], [`CodeError::TooHigh`], [`CodeError::TooLow`],
     /// [`CodeError::OutsideSelection`].
-    pub fn write(
-        &mut self,
-        code: u16,
-        subcode: u8,
-        value: i32,
-        inhibit: Inhibit,
-    ) -> Result<WriteEffect, CodeError> {
+    pub fn write(&mut self, code: u16, subcode: u8, value: i32, inhibit: Inhibit) -> Result<WriteEffect, CodeError> {
         let (entry, place) = locate(code, subcode)?;
         let wired = code == C1301 && subcode >= FIRST_WIRED;
         match entry.writable {
@@ -263,8 +249,8 @@ impl CodeStore {
         let per_unit = resolution.increments_per_unit_e4();
         self.replace(C1205, per_unit);
         for wired in WIRED_POSITIONS {
-            let increments = resolution.whole_increments(self.raw(C1301, wired.base))
-                + resolution.whole_increments(wired.offset_e4);
+            let increments =
+                resolution.whole_increments(self.raw(C1301, wired.base)) + resolution.whole_increments(wired.offset_e4);
             let shown = resolution.units_e4(increments);
             if let Ok((_, place)) = locate(C1301, wired.number) {
                 self.values[place] = shown;
@@ -325,14 +311,12 @@ fn check(entry: &CodeEntry, subcode: u8, value: i32) -> Result<i32, CodeError> {
     match entry.domain {
         // The least value need not lie on the grid of the steps (C0076 starts at 0.5); cutting must not leave the range.
         Domain::Range { step, .. } => Ok((value - value % step).max(min)),
-        Domain::Selection(selection) if !selection.contains(&value) => {
-            Err(CodeError::OutsideSelection {
-                code,
-                subcode,
-                got: value,
-                selection,
-            })
-        }
+        Domain::Selection(selection) if !selection.contains(&value) => Err(CodeError::OutsideSelection {
+            code,
+            subcode,
+            got: value,
+            selection,
+        }),
         Domain::Selection(_) => Ok(value),
     }
 }

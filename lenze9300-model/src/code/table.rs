@@ -196,11 +196,7 @@ pub const VARIABLE_COUNT: u8 = 34;
 /// The four decimals of a code as an integer.
 const fn e4(value: f64) -> i32 {
     let scaled = value * 10_000.0;
-    (if scaled < 0.0 {
-        scaled - 0.5
-    } else {
-        scaled + 0.5
-    }) as i32
+    (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
 }
 
 /// Domain, factory value, form and length of a line.
@@ -217,21 +213,11 @@ const fn fixed(min: f64, max: f64, step: f64, factory: f64) -> Values {
 
 /// Integer selection, ×10000 on the bus like everything else.
 const fn choice(values: &'static [i32], factory: i32) -> Values {
-    Values(
-        Domain::Selection(values),
-        factory,
-        Form::FixedPoint4,
-        DataLength::Four,
-    )
+    Values(Domain::Selection(values), factory, Form::FixedPoint4, DataLength::Four)
 }
 
 const fn plain(min: i32, max: i32, factory: i32, length: DataLength) -> Values {
-    Values(
-        Domain::Range { min, max, step: 1 },
-        factory,
-        Form::Plain,
-        length,
-    )
+    Values(Domain::Range { min, max, step: 1 }, factory, Form::Plain, length)
 }
 
 macro_rules! code_table {
@@ -326,10 +312,7 @@ const NO_LINE: u8 = u8::MAX;
 
 /// Line of each code number: a look-up without hashing or searching.
 const LINES: [u8; 2048] = {
-    assert!(
-        CODE_TABLE.len() < NO_LINE as usize,
-        "the table has outgrown its index"
-    );
+    assert!(CODE_TABLE.len() < NO_LINE as usize, "the table has outgrown its index");
     let mut lines = [NO_LINE; 2048];
     let mut line = 0;
     while line < CODE_TABLE.len() {

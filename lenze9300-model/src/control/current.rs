@@ -52,17 +52,10 @@ impl CurrentController {
     /// Demanded voltage; changes nothing.
     #[inline]
     #[must_use]
-    pub fn compute_output(
-        &self,
-        reference: Dq,
-        measured: Dq,
-        omega_mech_rad_s: f64,
-    ) -> CurrentDemand {
+    pub fn compute_output(&self, reference: Dq, measured: Dq, omega_mech_rad_s: f64) -> CurrentDemand {
         let error = reference - measured;
-        let voltage = Dq::new(
-            self.d.compute_output(error.d),
-            self.q.compute_output(error.q),
-        ) + self.feed_forward(measured, omega_mech_rad_s);
+        let voltage = Dq::new(self.d.compute_output(error.d), self.q.compute_output(error.q))
+            + self.feed_forward(measured, omega_mech_rad_s);
         CurrentDemand { voltage, error }
     }
 
@@ -116,8 +109,7 @@ mod tests {
     fn a_start_at_speed_demands_the_back_emf_with_and_without_decoupling() {
         // E = ω_el ψ = 3 · 300 rad/s · 0.1222 Wb.
         for decoupling in [Decoupling::On, Decoupling::Off] {
-            let mut controller =
-                CurrentController::new(GAINS, &PmsmParams::MDSKS036_13, decoupling, 125e-6);
+            let mut controller = CurrentController::new(GAINS, &PmsmParams::MDSKS036_13, decoupling, 125e-6);
             let start = controller.reset(300.0);
             let demand = controller.compute_output(Dq::ZERO, Dq::ZERO, 300.0);
             assert!((start.q - 110.0).abs() < 0.1, "{start:?}");

@@ -86,10 +86,7 @@ impl PiController {
 mod tests {
     use super::*;
 
-    const GAINS: PiGains = PiGains {
-        k_p: 2.0,
-        t_n_s: 0.020,
-    };
+    const GAINS: PiGains = PiGains { k_p: 2.0, t_n_s: 0.020 };
 
     #[test]
     fn after_one_integral_time_the_output_of_a_constant_error_has_doubled() {
@@ -105,10 +102,7 @@ mod tests {
     #[test]
     fn computing_has_no_side_effect() {
         let pi = PiController::new(GAINS, 250e-6);
-        assert_eq!(
-            pi.compute_output(1.0).to_bits(),
-            pi.compute_output(1.0).to_bits()
-        );
+        assert_eq!(pi.compute_output(1.0).to_bits(), pi.compute_output(1.0).to_bits());
         assert_eq!(pi.integral(), 0.0);
     }
 

@@ -94,12 +94,7 @@ pub fn speed_loop_time_s(t_i_reg_s: f64) -> f64 {
 /// taken as ideal. The peak is found by stepping this equation in time; `alpha` may have any unit of acceleration and the
 /// result has that of its way. A load torque M that appears at once counts as alpha = M/J.
 #[must_use]
-pub fn peak_following_error(
-    alpha: f64,
-    speed_gains: PiGains,
-    j_total_kg_m2: f64,
-    k_v_per_s: f64,
-) -> f64 {
+pub fn peak_following_error(alpha: f64, speed_gains: PiGains, j_total_kg_m2: f64, k_v_per_s: f64) -> f64 {
     let a2 = speed_gains.k_p / j_total_kg_m2;
     let a1 = a2 * (k_v_per_s + 1.0 / speed_gains.t_n_s);
     let a0 = a2 * k_v_per_s / speed_gains.t_n_s;
@@ -138,8 +133,7 @@ mod tests {
         let gains = symmetrical_optimum(j, t_i);
         let omega = 1.0 / (2.0 * t_i);
         let (wn, wi) = (omega * gains.t_n_s, omega * t_i);
-        let magnitude =
-            gains.k_p * (1.0 + wn * wn).sqrt() / (wn * j * omega * (1.0 + wi * wi).sqrt());
+        let magnitude = gains.k_p * (1.0 + wn * wn).sqrt() / (wn * j * omega * (1.0 + wi * wi).sqrt());
         assert!((magnitude - 1.0).abs() < 1e-12, "{magnitude}");
         let margin = (wn.atan() - wi.atan()).to_degrees();
         assert!((margin - 36.87).abs() < 0.01, "{margin}");

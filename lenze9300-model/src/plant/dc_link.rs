@@ -49,11 +49,7 @@ impl LinkThresholds {
             4 => (342.0, 800.0, 785.0),
             _ => return None,
         };
-        Some(Self {
-            lu_v,
-            ou_v,
-            ou_clear_v,
-        })
+        Some(Self { lu_v, ou_v, ou_clear_v })
     }
 
     /// 400 V mains with or without a brake resistor, C0173 = 1. Source: film-feed specification, section 5.
@@ -191,8 +187,7 @@ impl DcLink {
 
     /// Energy that comes back at once, J: that of the winding when the pulses stop.
     pub(crate) fn absorb(&mut self, energy_j: f64) {
-        self.voltage_v =
-            (self.voltage_v * self.voltage_v + 2.0 * energy_j / self.params.capacitance_f).sqrt();
+        self.voltage_v = (self.voltage_v * self.voltage_v + 2.0 * energy_j / self.params.capacitance_f).sqrt();
     }
 
     /// One tick with the mean power that the inverter took from the link, W; negative while braking.
@@ -203,12 +198,7 @@ impl DcLink {
             power_out += self.params.standby_w;
         }
         if let Some(brake) = self.params.brake {
-            self.chopper_on = self.voltage_v
-                > if self.chopper_on {
-                    brake.off_v
-                } else {
-                    brake.on_v
-                };
+            self.chopper_on = self.voltage_v > if self.chopper_on { brake.off_v } else { brake.on_v };
             if self.chopper_on {
                 power_out += self.voltage_v * self.voltage_v / brake.resistance_ohm;
             }
@@ -284,11 +274,7 @@ mod tests {
         for _ in 0..4000 {
             link.advance(0.0);
         }
-        assert!(
-            (link.voltage() - 565.685).abs() < 0.01,
-            "{}",
-            link.voltage()
-        );
+        assert!((link.voltage() - 565.685).abs() < 0.01, "{}", link.voltage());
         assert_eq!(link.state(), LinkState::Normal);
     }
 
@@ -322,10 +308,7 @@ mod tests {
             }
         }
         let states: Vec<_> = seen.iter().map(|(state, _)| *state).collect();
-        assert_eq!(
-            states,
-            [LinkState::Normal, LinkState::Overvoltage, LinkState::Normal]
-        );
+        assert_eq!(states, [LinkState::Normal, LinkState::Overvoltage, LinkState::Normal]);
         assert!((770.0..771.0).contains(&seen[1].1), "{seen:?}");
         assert!((754.0..755.0).contains(&seen[2].1), "{seen:?}");
     }
@@ -341,10 +324,7 @@ mod tests {
             ticks += 1;
         }
         let expected_s = 0.5 * 165e-6 * (320_000.0 - 285.0 * 285.0) / 15.0;
-        assert!(
-            (f64::from(ticks) * DT_S - expected_s).abs() < 2.0 * DT_S,
-            "{ticks}"
-        );
+        assert!((f64::from(ticks) * DT_S - expected_s).abs() < 2.0 * DT_S, "{ticks}");
         assert!(link.voltage() < 285.0);
     }
 
@@ -373,10 +353,7 @@ mod tests {
 
     #[test]
     fn c0173_has_five_rows() {
-        assert_eq!(
-            LinkThresholds::from_c0173(1),
-            Some(LinkThresholds::MAINS_400_V)
-        );
+        assert_eq!(LinkThresholds::from_c0173(1), Some(LinkThresholds::MAINS_400_V));
         assert_eq!(LinkThresholds::from_c0173(4).map(|t| t.ou_v), Some(800.0));
         assert_eq!(LinkThresholds::from_c0173(5), None);
     }

@@ -30,12 +30,7 @@ pub struct DriveTrain {
 impl DriveTrain {
     /// Standing still without current at angle zero. `omega_max_rad_s` is the speed up to which the solver keeps its accuracy.
     #[must_use]
-    pub fn new(
-        motor: &PmsmParams,
-        mechanics: &MechanicsParams,
-        omega_max_rad_s: f64,
-        dt_s: f64,
-    ) -> Self {
+    pub fn new(motor: &PmsmParams, mechanics: &MechanicsParams, omega_max_rad_s: f64, dt_s: f64) -> Self {
         let j_total = mechanics.j_total_kg_m2();
         let substeps = substeps(dt_s, motor.spectral_radius(j_total, omega_max_rad_s));
         Self {
@@ -103,8 +98,7 @@ impl DriveTrain {
     /// Energy in the windings, J; what the link gets back when the pulses stop.
     #[must_use]
     pub fn winding_energy_j(&self) -> f64 {
-        0.75 * (self.l_d * self.current.d * self.current.d
-            + self.l_q * self.current.q * self.current.q)
+        0.75 * (self.l_d * self.current.d * self.current.d + self.l_q * self.current.q * self.current.q)
     }
 
     /// Steps that the solver takes in a tick.
@@ -181,12 +175,7 @@ impl DriveTrain {
 
     /// Integrates until the end of the tick or until the speed passes zero; returns the state and the time that is left.
     #[inline]
-    fn piece(
-        &mut self,
-        x: &MotorState,
-        duration_s: f64,
-        input: &mut MotorInput,
-    ) -> (MotorState, f64) {
+    fn piece(&mut self, x: &MotorState, duration_s: f64, input: &mut MotorInput) -> (MotorState, f64) {
         let sign = self.contact.sign();
         input.tau_against = self.load_nm + sign * self.coulomb_nm;
         input.inv_j = if self.contact == Contact::Stuck {
@@ -259,12 +248,7 @@ mod tests {
             coulomb_nm,
             ..MechanicsParams::default()
         };
-        DriveTrain::new(
-            &PmsmParams::MDSKS036_13,
-            &mechanics,
-            Rpm(5500.0).to_rad_s(),
-            DT_S,
-        )
+        DriveTrain::new(&PmsmParams::MDSKS036_13, &mechanics, Rpm(5500.0).to_rad_s(), DT_S)
     }
 
     #[test]
@@ -298,12 +282,8 @@ mod tests {
         let stop_s = 0.914e-4 * omega / 0.05;
         assert_eq!(ticks, (stop_s / DT_S).ceil() as u32);
         let stop_rad = 0.5 * 0.914e-4 * omega * omega / 0.05;
-        let travelled =
-            train.angle().offset_from(ShaftAngle::default()) * crate::units::RAD_PER_INC;
-        assert!(
-            (travelled - stop_rad).abs() < 1e-7 * stop_rad,
-            "{travelled} {stop_rad}"
-        );
+        let travelled = train.angle().offset_from(ShaftAngle::default()) * crate::units::RAD_PER_INC;
+        assert!((travelled - stop_rad).abs() < 1e-7 * stop_rad, "{travelled} {stop_rad}");
         assert_eq!(train.omega(), 0.0);
     }
 
@@ -365,10 +345,7 @@ mod tests {
             taken_j += train.electrical_power_w() * DT_S / 16.0;
         }
         let stored_j = 0.5 * 0.914e-4 * train.omega() * train.omega() + train.winding_energy_j();
-        assert!(
-            (taken_j - stored_j).abs() < 1e-4 * stored_j,
-            "{taken_j} {stored_j}"
-        );
+        assert!((taken_j - stored_j).abs() < 1e-4 * stored_j, "{taken_j} {stored_j}");
     }
 
     #[test]
@@ -378,12 +355,7 @@ mod tests {
             j_load_kg_m2: 0.0,
             ..MechanicsParams::default()
         };
-        let train = DriveTrain::new(
-            &PmsmParams::MDSKS036_13,
-            &bare,
-            Rpm(5500.0).to_rad_s(),
-            DT_S,
-        );
+        let train = DriveTrain::new(&PmsmParams::MDSKS036_13, &bare, Rpm(5500.0).to_rad_s(), DT_S);
         assert_eq!(train.substeps(), 1);
     }
 }

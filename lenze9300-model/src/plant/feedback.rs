@@ -136,13 +136,7 @@ mod tests {
             ..FeedbackParams::default()
         };
         let mut feedback = Feedback::new(&params, ShaftAngle::default(), DT_S);
-        for (angle, expected) in [
-            (31, 0),
-            (32, 32),
-            (65_535, 65_504),
-            (-1, -32),
-            (3_074_216, 3_074_208),
-        ] {
+        for (angle, expected) in [(31, 0), (32, 32), (65_535, 65_504), (-1, -32), (3_074_216, 3_074_208)] {
             feedback.sample(ShaftAngle::new(angle, 0.5));
             assert_eq!(feedback.position(), expected);
         }
@@ -161,20 +155,14 @@ mod tests {
         );
         let worst = settled.iter().map(|o| (o - mean).abs()).fold(0.0, f64::max);
         // The drive itself shows 0.73…2 rpm of noise (9300 facts 4.6, standstill figures).
-        assert!(
-            Rpm::from_rad_s(worst).0 < 2.0,
-            "{}",
-            Rpm::from_rad_s(worst).0
-        );
+        assert!(Rpm::from_rad_s(worst).0 < 2.0, "{}", Rpm::from_rad_s(worst).0);
     }
 
     #[test]
     fn an_acceleration_is_read_late_by_two_damping_over_frequency() {
         // Lag of the speed of a type-II loop: 2ζ/ω_n − T/2 = 0.388 ms at 500 Hz and ζ = 1/√2.
         let alpha_inc = 589.5 / RAD_PER_INC;
-        let omegas = run(&FeedbackParams::default(), 2000, |t| {
-            0.5 * alpha_inc * t * t
-        });
+        let omegas = run(&FeedbackParams::default(), 2000, |t| 0.5 * alpha_inc * t * t);
         let lags: Vec<f64> = (1000..2000)
             .map(|n| f64::from(n + 1) * DT_S - omegas[n as usize] / 589.5)
             .collect();

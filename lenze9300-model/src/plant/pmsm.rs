@@ -99,8 +99,7 @@ impl PmsmParams {
         let l_min = self.l_d.min(self.l_q);
         let damping = self.r_s / l_min;
         let rotation = self.omega_el(omega_mech_max_rad_s);
-        let coupling_squared =
-            self.torque_per_peak_ampere() * self.n_p as f64 * self.psi_f / (l_min * j_total_kg_m2);
+        let coupling_squared = self.torque_per_peak_ampere() * self.n_p as f64 * self.psi_f / (l_min * j_total_kg_m2);
         (damping * damping + rotation * rotation + coupling_squared).sqrt()
     }
 }
@@ -163,8 +162,7 @@ impl MotorEquations {
         let omega_el = self.n_p * omega;
         MotorState::new(
             (input.voltage.d - self.r_s * i_d + omega_el * self.l_q * i_q) * input.inv_l_d,
-            (input.voltage.q - self.r_s * i_q - omega_el * (self.l_d * i_d + self.psi_f))
-                * input.inv_l_q,
+            (input.voltage.q - self.r_s * i_q - omega_el * (self.l_d * i_d + self.psi_f)) * input.inv_l_q,
             (self.torque(i_d, i_q) - input.tau_against - input.viscous * omega) * input.inv_j,
             omega,
         )
@@ -218,8 +216,7 @@ mod tests {
         let omega = Rpm(4000.0).to_rad_s();
         let current = Dq::new(0.0, 0.9 * SQRT_2);
         let omega_el = MOTOR.omega_el(omega);
-        let voltage = MOTOR.back_emf(omega)
-            + Dq::new(-omega_el * MOTOR.l_q * current.q, MOTOR.r_s * current.q);
+        let voltage = MOTOR.back_emf(omega) + Dq::new(-omega_el * MOTOR.l_q * current.q, MOTOR.r_s * current.q);
         let volts = voltage.line_to_line_rms();
         assert!(volts < 245.0 && volts > 220.0, "{volts}");
     }

@@ -209,12 +209,7 @@ impl Cubic {
 mod tests {
     use super::*;
 
-    fn segment(
-        start: (i64, f64),
-        end: (i64, f64),
-        omega_start_inc_s: f64,
-        omega_end_inc_s: f64,
-    ) -> ShaftSegment {
+    fn segment(start: (i64, f64), end: (i64, f64), omega_start_inc_s: f64, omega_end_inc_s: f64) -> ShaftSegment {
         ShaftSegment {
             start: ShaftAngle::new(start.0, start.1),
             end: ShaftAngle::new(end.0, end.1),
@@ -260,11 +255,7 @@ mod tests {
         let first = segment((0, 0.0), (100, 0.0), 8e5, 8e5);
         let second = segment((100, 0.0), (200, 0.0), 8e5, 8e5);
         let target = ShaftAngle::from(Increments(100));
-        assert!(
-            first
-                .crossing(target)
-                .is_some_and(|share| (share - 1.0).abs() < 1e-12)
-        );
+        assert!(first.crossing(target).is_some_and(|share| (share - 1.0).abs() < 1e-12));
         assert_eq!(second.crossing(target), None);
     }
 

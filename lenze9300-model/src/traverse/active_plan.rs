@@ -13,11 +13,7 @@ pub(super) struct ActivePlan {
 impl ActivePlan {
     /// A plan that began `lead` milliseconds (0 to 1) before the present tick.
     pub(super) fn new(plan: Plan, lead: f64) -> Self {
-        Self {
-            plan,
-            ticks: 0,
-            lead,
-        }
+        Self { plan, ticks: 0, lead }
     }
 
     pub(super) fn advance(&mut self) {

@@ -1,8 +1,8 @@
 //! The traversing program of the film feed.
 
 use super::record::{
-    Acceleration, Branch, FinalVelocity, InputLevel, Level, Mode, Program, ProgramInput, Record,
-    RecordNumber, ResidualPath, Successor, Target, TouchRule, TouchWindow, Velocity,
+    Acceleration, Branch, FinalVelocity, InputLevel, Level, Mode, Program, ProgramInput, Record, RecordNumber,
+    ResidualPath, Successor, Target, TouchRule, TouchWindow, Velocity,
 };
 
 /// The records 01 to 04 of the film feed.

@@ -143,8 +143,7 @@ impl Plan {
             0.0
         };
         // Where acceleration and deceleration meet, unless v_max comes first.
-        let apex =
-            ((2.0 * acc * dec * way + dec * v * v + acc * v_end * v_end) / (acc + dec)).sqrt();
+        let apex = ((2.0 * acc * dec * way + dec * v * v + acc * v_end * v_end) / (acc + dec)).sqrt();
         let (peak, rate) = if v > v_max {
             (v_max.max(v_end), dec)
         } else {
@@ -196,8 +195,7 @@ impl Plan {
             .find(|segment| time < segment.until)
             .unwrap_or(&self.segments[last]);
         let since = time - segment.anchor_time;
-        let position = segment.anchor_position
-            + since * (segment.anchor_velocity + 0.5 * segment.acceleration * since);
+        let position = segment.anchor_position + since * (segment.anchor_velocity + 0.5 * segment.acceleration * since);
         let whole = position.floor();
         Motion {
             position: self.origin.saturating_add(whole as i64),
@@ -253,11 +251,7 @@ impl Builder {
     fn change_velocity(&mut self, to: f64, rate: f64) {
         let duration = (to - self.velocity).abs() / rate;
         let acceleration = if to < self.velocity { -rate } else { rate };
-        self.push(
-            duration,
-            (self.time, self.position, self.velocity),
-            acceleration,
-        );
+        self.push(duration, (self.time, self.position, self.velocity), acceleration);
         self.position += 0.5 * (self.velocity + to) * duration;
         self.velocity = to;
         self.time += duration;

@@ -22,9 +22,8 @@ pub use film_feed::film_feed_program;
 pub use interpolator::{Limits, Motion, PathState, Plan};
 pub use jog::{JogDirection, JogParameters};
 pub use record::{
-    Acceleration, Branch, FinalVelocity, InputLevel, Level, Mode, OutputLevel, Pieces, Program,
-    ProgramError, ProgramInput, Record, RecordNumber, ResidualPath, Successor, Target, TouchRule,
-    TouchWindow, Velocity,
+    Acceleration, Branch, FinalVelocity, InputLevel, Level, Mode, OutputLevel, Pieces, Program, ProgramError,
+    ProgramInput, Record, RecordNumber, ResidualPath, Successor, Target, TouchRule, TouchWindow, Velocity,
 };
 pub use resolution::{INCREMENTS_PER_REVOLUTION, Residue, Resolution, Rounding};
 pub use sequencer::{Traverse, TraverseParameters};

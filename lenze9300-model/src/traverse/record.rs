@@ -283,9 +283,7 @@ impl Program {
         for (number, record) in records {
             let number = RecordNumber::new(number).ok_or(ProgramError::Number { got: number })?;
             if places[number.index()].replace(record).is_some() {
-                return Err(ProgramError::Doubled {
-                    record: number.get(),
-                });
+                return Err(ProgramError::Doubled { record: number.get() });
             }
         }
         let program = Self { records: places };
@@ -309,10 +307,7 @@ impl Program {
             .flatten()
             .map(|branch| branch.to);
         let pieces = record.pieces.map(|pieces| pieces.to);
-        for successor in branches
-            .chain(pieces)
-            .chain([record.without_touch, record.jump])
-        {
+        for successor in branches.chain(pieces).chain([record.without_touch, record.jump]) {
             if let Successor::Record(to) = successor
                 && self.record(to).is_none()
             {
@@ -325,10 +320,7 @@ impl Program {
         if record.dwell.is_some() && record.final_velocity != FinalVelocity::Standstill {
             return Err(ProgramError::DwellOnTheFly { record: in_record });
         }
-        for output in [record.switch_before, record.switch_after]
-            .into_iter()
-            .flatten()
-        {
+        for output in [record.switch_before, record.switch_after].into_iter().flatten() {
             if !(1..=16).contains(&output.output) {
                 return Err(ProgramError::Output {
                     record: in_record,
@@ -376,11 +368,10 @@ impl Record {
             Velocity::Variable(number) => Some(number),
             Velocity::Max => None,
         };
-        let [acceleration, deceleration] =
-            [self.acceleration, self.deceleration].map(|rate| match rate {
-                Acceleration::Variable(number) => Some(number),
-                Acceleration::Max => None,
-            });
+        let [acceleration, deceleration] = [self.acceleration, self.deceleration].map(|rate| match rate {
+            Acceleration::Variable(number) => Some(number),
+            Acceleration::Max => None,
+        });
         let final_velocity = match self.final_velocity {
             FinalVelocity::Variable(number) => Some(number),
             FinalVelocity::Standstill => None,
@@ -388,14 +379,7 @@ impl Record {
         let pieces = self.pieces.map(|pieces| pieces.count);
         (
             [target, residual, window.0, window.1],
-            [
-                velocity,
-                acceleration,
-                deceleration,
-                final_velocity,
-                self.dwell,
-                pieces,
-            ],
+            [velocity, acceleration, deceleration, final_velocity, self.dwell, pieces],
         )
     }
 }

@@ -33,19 +33,15 @@ pub struct Resolution {
 impl Resolution {
     /// The resolution that C1202, C1203 and C1204 give now.
     pub fn from_codes(codes: &CodeStore) -> Self {
-        Self::new(
-            codes.raw(C1202, 0),
-            codes.raw(C1203, 0),
-            codes.raw(C1204, 0),
-        )
+        Self::new(codes.raw(C1202, 0), codes.raw(C1203, 0), codes.raw(C1204, 0))
     }
 
     /// From gear numerator, gear denominator and feed constant, each ×10000.
     ///
     /// Values below 1 (which no code accepts) count as 1.
     pub fn new(gear_numerator_e4: i32, gear_denominator_e4: i32, feed_constant_e4: i32) -> Self {
-        let [n, d, f] = [gear_numerator_e4, gear_denominator_e4, feed_constant_e4]
-            .map(|value| i128::from(value.max(1)));
+        let [n, d, f] =
+            [gear_numerator_e4, gear_denominator_e4, feed_constant_e4].map(|value| i128::from(value.max(1)));
         Self {
             numerator: i128::from(INCREMENTS_PER_REVOLUTION) * n,
             denominator: d * f,
@@ -84,8 +80,7 @@ impl Resolution {
 
     /// A velocity in inc/ms from a percentage ×10000 and the reference C1240 in units/s ×10000.
     pub fn velocity(&self, percent_e4: i32, v_max_e4: i32) -> f64 {
-        let units_per_second =
-            f64::from(v_max_e4) / 10_000.0 * (f64::from(percent_e4) / 1_000_000.0);
+        let units_per_second = f64::from(v_max_e4) / 10_000.0 * (f64::from(percent_e4) / 1_000_000.0);
         units_per_second * self.increments_per_unit() / 1000.0
     }
 

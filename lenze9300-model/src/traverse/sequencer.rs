@@ -6,8 +6,8 @@ use super::active_plan::ActivePlan;
 use super::interpolator::{Limits, Motion, PathState, Plan};
 use super::jog::{JogDirection, JogParameters};
 use super::record::{
-    InputLevel, Level, Mode, OutputLevel, Program, ProgramInput, Record, RecordNumber,
-    ResidualPath, Successor, Target, TouchRule, TouchWindow,
+    InputLevel, Level, Mode, OutputLevel, Program, ProgramInput, Record, RecordNumber, ResidualPath, Successor, Target,
+    TouchRule, TouchWindow,
 };
 use super::resolution::{Residue, Resolution, Rounding};
 use super::signals::{Setpoint, TraverseEvent, TraverseInputs, TraverseStatus};
@@ -295,14 +295,9 @@ impl Traverse {
     }
 
     fn handle_start(&mut self, inputs: &TraverseInputs, codes: &CodeStore) {
-        let ready = inputs.enabled
-            && !inputs.manual
-            && self.motion.is_none()
-            && !matches!(self.cycle, Cycle::Running(_));
-        match self
-            .gate
-            .tick(inputs.start, ready, inputs.stop || inputs.reset)
-        {
+        let ready =
+            inputs.enabled && !inputs.manual && self.motion.is_none() && !matches!(self.cycle, Cycle::Running(_));
+        match self.gate.tick(inputs.start, ready, inputs.stop || inputs.reset) {
             None => {}
             Some(Err(refusal)) => self.emit(TraverseEvent::StartRefused(refusal)),
             Some(Ok(())) => {
@@ -352,8 +347,7 @@ impl Traverse {
             return;
         }
         let resolution = Resolution::from_codes(codes);
-        let speed =
-            resolution.velocity_from_codes(jog.velocity_percent_e4.clamp(0, 100_0000), codes);
+        let speed = resolution.velocity_from_codes(jog.velocity_percent_e4.clamp(0, 100_0000), codes);
         let velocity = direction.velocity(speed);
         if velocity != self.jog_velocity {
             let percent_e4 = jog.acceleration_percent_e4.clamp(100, 100_0000);
@@ -363,10 +357,7 @@ impl Traverse {
                 acc: rate,
                 dec: rate,
             };
-            self.begin(
-                Plan::to_velocity(self.motion().state(), velocity, &self.braking),
-                0.0,
-            );
+            self.begin(Plan::to_velocity(self.motion().state(), velocity, &self.braking), 0.0);
             self.jog_velocity = velocity;
         }
     }
@@ -413,10 +404,7 @@ impl Traverse {
     fn enter_record(&mut self, record: &Record, tick: &mut Tick<'_>) -> Option<Stage> {
         if record.wait.is_some_and(|condition| !tick.holds(condition)) {
             // A record entered on the fly has nowhere to go yet.
-            if self
-                .motion
-                .is_some_and(|active| active.plan.end_velocity() != 0.0)
-            {
+            if self.motion.is_some_and(|active| active.plan.end_velocity() != 0.0) {
                 self.brake();
             }
             return None;
@@ -484,9 +472,7 @@ impl Traverse {
                 Cycle::Idle | Cycle::Interrupted(_) => None,
             };
         }
-        let dwell = record
-            .dwell
-            .map_or(0, |number| tick.codes.raw(C1304, number) / 10_000);
+        let dwell = record.dwell.map_or(0, |number| tick.codes.raw(C1304, number) / 10_000);
         Some(Stage::Dwelling(u64::try_from(dwell).unwrap_or(0)))
     }
 
@@ -504,8 +490,8 @@ impl Traverse {
         let position = position.saturating_add(tick.shift);
         let resolution = Resolution::from_codes(tick.codes);
         if let TouchWindow::Between { first, second } = rule.window {
-            let [a, b] = [first, second]
-                .map(|number| whole_increments(Target::Variable(number), &resolution, tick.codes));
+            let [a, b] =
+                [first, second].map(|number| whole_increments(Target::Variable(number), &resolution, tick.codes));
             if position < a.min(b) || position > a.max(b) {
                 return false;
             }
@@ -513,9 +499,7 @@ impl Traverse {
         let rest = match rule.residual {
             ResidualPath::None => 0,
             ResidualPath::Fixed(length) => resolution.whole_increments(length),
-            ResidualPath::Variable(number) => {
-                whole_increments(Target::Variable(number), &resolution, tick.codes)
-            }
+            ResidualPath::Variable(number) => whole_increments(Target::Variable(number), &resolution, tick.codes),
         }
         .saturating_abs();
         let motion = self.motion();
@@ -590,10 +574,7 @@ impl Traverse {
     /// Brakes the motion under way with the ramp it had.
     fn brake(&mut self) {
         if self.motion.is_some() {
-            self.begin(
-                Plan::to_velocity(self.motion().state(), 0.0, &self.braking),
-                0.0,
-            );
+            self.begin(Plan::to_velocity(self.motion().state(), 0.0, &self.braking), 0.0);
         }
         self.jog_velocity = 0.0;
     }
@@ -605,11 +586,7 @@ impl Traverse {
         {
             return record_limits(record, codes);
         }
-        let percent_e4 = self
-            .parameters
-            .jog
-            .acceleration_percent_e4
-            .clamp(100, 100_0000);
+        let percent_e4 = self.parameters.jog.acceleration_percent_e4.clamp(100, 100_0000);
         let rate = Resolution::from_codes(codes).acceleration_from_codes(percent_e4, codes);
         Limits {
             v_max: 0.0,
@@ -629,9 +606,7 @@ impl Traverse {
 
     fn switch(&mut self, output: Option<OutputLevel>) {
         if let Some(OutputLevel { output, level }) = output {
-            let bit = 1_u16
-                .checked_shl(u32::from(output.saturating_sub(1)))
-                .unwrap_or(0);
+            let bit = 1_u16.checked_shl(u32::from(output.saturating_sub(1))).unwrap_or(0);
             match level {
                 Level::High => self.outputs |= bit,
                 Level::Low => self.outputs &= !bit,
@@ -641,10 +616,7 @@ impl Traverse {
 
     /// Half width of the target window in inc. Cached: 128-bit divisions are too dear for every millisecond.
     fn target_window(&mut self, codes: &CodeStore) -> u64 {
-        let key = (
-            Resolution::from_codes(codes),
-            self.parameters.target_window_e4,
-        );
+        let key = (Resolution::from_codes(codes), self.parameters.target_window_e4);
         match self.window {
             Some((known, window)) if known == key => window,
             _ => {
@@ -660,17 +632,10 @@ impl Traverse {
         let pos_act = tick.inputs.pos_act.saturating_add(tick.shift);
         let window = self.target_window(tick.codes);
         // Without enable the set-value follows: the actual position alone tells whether the axis is still there.
-        let reference = if self.enabled {
-            motion.position
-        } else {
-            self.target
-        };
+        let reference = if self.enabled { motion.position } else { self.target };
         let at_target = self.motion.is_none() && reference == self.target;
         self.in_target = at_target && pos_act.abs_diff(reference) <= window;
-        self.ready = self.enabled
-            && !tick.inputs.manual
-            && self.motion.is_none()
-            && matches!(self.cycle, Cycle::Idle);
+        self.ready = self.enabled && !tick.inputs.manual && self.motion.is_none() && matches!(self.cycle, Cycle::Idle);
         Setpoint {
             position: motion.position,
             velocity: motion.velocity,

@@ -13,12 +13,7 @@ pub(super) struct StartGate {
 
 impl StartGate {
     /// `None` without a rising edge; otherwise whether it is taken.
-    pub(super) fn tick(
-        &mut self,
-        level: bool,
-        ready: bool,
-        dominated: bool,
-    ) -> Option<Result<(), StartRefusal>> {
+    pub(super) fn tick(&mut self, level: bool, ready: bool, dominated: bool) -> Option<Result<(), StartRefusal>> {
         let rising = !std::mem::replace(&mut self.level, level) && level;
         let armed = std::mem::replace(&mut self.armed, ready && !level);
         if !rising {

@@ -70,13 +70,8 @@ impl Rig {
         if self.inputs.enabled {
             self.film = setpoint.position + self.reference;
         }
-        for &mark in self
-            .marks
-            .iter()
-            .filter(|&&mark| before < mark && mark <= self.film)
-        {
-            self.probe
-                .handle_edge(ActiveEdge::Rising, mark - self.reference);
+        for &mark in self.marks.iter().filter(|&&mark| before < mark && mark <= self.film) {
+            self.probe.handle_edge(ActiveEdge::Rising, mark - self.reference);
         }
         self.inputs.touch = self.probe.tick_1ms(false, self.film - self.reference);
         while let Some(event) = self.traverse.poll_event() {

@@ -1,0 +1,124 @@
+//! `lenze9300 serve`: the drive and its bus module in real time.
+
+use std::convert::Infallible;
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::{Duration as StdDuration, Instant as StdInstant};
+
+use clap::Args;
+use dp_master::driver::Driver;
+use dp_master::phy::{Port, PseudoTerminal, SerialLine, SerialOptions};
+use dp_master::time::{Baud, Duration};
+use lenze9300_model::bus::dp::{Emf2133, Emf2133Config, IDENT};
+use lenze9300_model::device::{Drive, DriveConfig};
+use lenze9300_model::{TICK_NS, TICKS_PER_MS};
+
+/// What `lenze9300 serve` takes.
+#[derive(Debug, Args)]
+pub(crate) struct ServeArgs {
+    /// Serial line to answer on.
+    #[arg(long, value_name = "PATH", required_unless_present = "pty", conflicts_with = "pty")]
+    port: Option<PathBuf>,
+    /// Make a pseudo-terminal, link it here and answer on it.
+    #[arg(long, value_name = "LINK")]
+    pty: Option<PathBuf>,
+    /// Baud rate in bit/s, one of the ten of PROFIBUS.
+    #[arg(long, value_name = "RATE", default_value = "1500000", value_parser = parse_baud)]
+    baud: Baud,
+    /// Station address, 0…125.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(0..=125))]
+    address: u8,
+    /// Ident number the module answers with, such as 0x00DA.
+    #[arg(long, value_name = "HEX", default_value_t = format!("0x{IDENT:04X}"))]
+    ident: String,
+    /// Seed of the module's processing times.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+/// Gaps an operating system makes inside a telegram are no end of it.
+const LATENCY: Duration = Duration::from_millis(20);
+
+/// Answers until the port breaks or the process is ended.
+pub(crate) fn serve(args: &ServeArgs) -> Result<Infallible, String> {
+    let config = Emf2133Config {
+        address: args.address,
+        ident: parse_ident(&args.ident)?,
+        seed: args.seed,
+        latency_allowance: LATENCY,
+        ..Emf2133Config::default()
+    };
+    let module = Emf2133::new(config, args.baud).map_err(|error| error.to_string())?;
+    match (&args.port, &args.pty) {
+        (Some(path), _) => {
+            let port =
+                SerialLine::open(path, args.baud, SerialOptions::default()).map_err(|error| error.to_string())?;
+            announce(&format!("answering at address {} on {}", args.address, path.display()))?;
+            answer(port, module)
+        }
+        (None, Some(link)) => {
+            let (mut port, far_end) = PseudoTerminal::open(args.baud).map_err(|error| error.to_string())?;
+            port.link(link).map_err(|error| error.to_string())?;
+            announce(&format!(
+                "answering at address {} on {} ({})",
+                args.address,
+                link.display(),
+                far_end.display()
+            ))?;
+            answer(port, module)
+        }
+        (None, None) => Err("--port PATH or --pty LINK is needed to answer on".to_string()),
+    }
+}
+
+/// One line on standard output, at once: whoever started this process waits for it.
+fn announce(line: &str) -> Result<(), String> {
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{line}")
+        .and_then(|()| out.flush())
+        .map_err(|error| format!("standard output: {error}"))
+}
+
+/// The drive's milliseconds follow the clock; between them the line is served.
+///
+/// When the process was held up, the drive makes up for at most [`MAX_LAG`]; beyond that its time stands still, as if
+/// the machine had been paused.
+fn answer(port: impl Port, mut module: Emf2133) -> Result<Infallible, String> {
+    let mut drive = Drive::new(DriveConfig::default());
+    let mut driver = Driver::new(port);
+    let mut next_ms = StdInstant::now();
+    loop {
+        let now = StdInstant::now();
+        if now > next_ms + MAX_LAG {
+            next_ms = now;
+        }
+        while next_ms <= now {
+            module.cycle_1ms(&mut drive);
+            for _ in 0..TICKS_PER_MS {
+                drive.tick();
+            }
+            while drive.poll_traverse_event().is_some() {}
+            next_ms += MILLISECOND;
+        }
+        let wait = next_ms.saturating_duration_since(StdInstant::now());
+        driver.step(&mut module, wait).map_err(|error| error.to_string())?;
+    }
+}
+
+const MILLISECOND: StdDuration = StdDuration::from_nanos(TICK_NS * TICKS_PER_MS);
+const MAX_LAG: StdDuration = StdDuration::from_millis(100);
+
+fn parse_baud(text: &str) -> Result<Baud, String> {
+    text.parse().ok().and_then(Baud::from_bits_per_second).ok_or_else(|| {
+        let rates: Vec<String> = Baud::ALL
+            .iter()
+            .map(|baud| baud.bits_per_second().to_string())
+            .collect();
+        format!("allowed are the ten PROFIBUS rates {} bit/s", rates.join(", "))
+    })
+}
+
+fn parse_ident(text: &str) -> Result<u16, String> {
+    let digits = text.trim_start_matches("0x").trim_start_matches("0X");
+    u16::from_str_radix(digits, 16).map_err(|_| format!("--ident {text} is not a hexadecimal number 0x0000…0xFFFF"))
+}

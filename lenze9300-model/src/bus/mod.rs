@@ -1,0 +1,3 @@
+//! The bus modules of the drive.
+
+pub mod dp;
