@@ -1,9 +1,6 @@
 //! Cost of the PLC block: one cycle against module images, and one line of replay.
 
-#![allow(
-    missing_docs,
-    reason = "criterion_group! makes an undocumented public function"
-)]
+#![allow(missing_docs, reason = "criterion_group! makes an undocumented public function")]
 
 use std::hint::black_box;
 
@@ -58,7 +55,8 @@ fn block_cycle(criterion: &mut Criterion) {
 }
 
 fn replay_line(criterion: &mut Criterion) {
-    let line = br#"{"c":7,"i":[0,0,0,0,null,0,0,1,10000,2500,10000,12000],"pi":"8237000300000007","qi":"31005b4b001b52f4"}"#;
+    let line =
+        br#"{"c":7,"i":[0,0,0,0,null,0,0,1,10000,2500,10000,12000],"pi":"8237000300000007","qi":"31005b4b001b52f4"}"#;
     let mut replay = Replay::new();
     let mut answer = String::with_capacity(512);
     criterion.bench_function("replay: one line, parsed and answered", |bencher| {

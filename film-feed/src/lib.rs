@@ -1,13 +1,39 @@
 //! The film feed: PLC block, bus, drive and film in one chain.
 //!
-//! - [`block`]: the PLC function block "FB Folienvorzug".
-//! - [`replay`]: the block alone, fed from and answering in JSON lines.
+//! From the machine upwards:
+//!
+//! - [`machine`]: roller, film, print marks, reader;
+//! - [`rig`]: block, master, line, bus module, drive and film in virtual time;
+//! - [`block`]: the PLC function block "FB Folienvorzug", and [`plc`], its view of the periphery;
+//! - [`operator`]: works the block's inputs as a person would; [`parameter_watch`]: what the block never looks at;
+//! - [`run`]: a whole run with its [`report`]; [`real_line`]: the same against a real drive;
+//! - [`scope`] and [`plot`]: the oscilloscope; [`replay`]: the block alone, in JSON lines;
 //! - [`cli`]: the commands of the program.
+//!
+//! ```
+//! use film_feed::operator::FeedPlan;
+//! use film_feed::report::FeedMode;
+//! use film_feed::rig::RigConfig;
+//! use film_feed::run::{Observation, simulated};
+//!
+//! let plan = FeedPlan { series: vec![(FeedMode::Length, 1)], ..FeedPlan::default() };
+//! let (report, _) = simulated(&RigConfig::default(), plan, Observation::FeedsOnly, || {})?;
+//! assert!(report.ok);
+//! # Ok::<(), film_feed::rig::RigError>(())
+//! ```
 
 pub mod block;
+pub mod bus_config;
+pub mod cli;
+pub mod feed_probe;
+pub mod machine;
+pub mod operator;
+pub mod parameter_watch;
+pub mod plc;
+pub mod plot;
+pub mod real_line;
 pub mod replay;
-
-/// The commands of the program, one module each.
-pub mod cli {
-    pub mod replay;
-}
+pub mod report;
+pub mod rig;
+pub mod run;
+pub mod scope;

@@ -102,9 +102,7 @@ pub enum LineError {
         got: String,
     },
     /// `i` is not a list of twelve.
-    #[error(
-        "\"i\" is {got}; allowed is a list of 12 values, 8 BOOL and 4 INT, null for an input not written"
-    )]
+    #[error("\"i\" is {got}; allowed is a list of 12 values, 8 BOOL and 4 INT, null for an input not written")]
     Inputs {
         /// The value or its length.
         got: String,
@@ -216,9 +214,7 @@ impl Replay {
         match serde_json::from_slice(line) {
             Ok(Value::Object(object)) => parse_object(&object),
             Ok(_) => Err(LineError::Kind),
-            Err(error) => Err(LineError::Json {
-                cause: reason(&error),
-            }),
+            Err(error) => Err(LineError::Json { cause: reason(&error) }),
         }
     }
 
@@ -226,10 +222,7 @@ impl Replay {
     pub fn step(&mut self, line: &Line, answer: &mut String) {
         match line {
             Line::Blank => {}
-            Line::PowerUp {
-                pzd_adr,
-                module_adr,
-            } => *self = Self::powered_up(*pzd_adr, *module_adr),
+            Line::PowerUp { pzd_adr, module_adr } => *self = Self::powered_up(*pzd_adr, *module_adr),
             Line::Cycle(cycle) => {
                 cycle.write_inputs(&mut self.inputs);
                 self.module.pzd_in = cycle.pzd;
@@ -420,18 +413,13 @@ fn parse_object(object: &Map<String, Value>) -> Result<Line, LineError> {
             module_adr: parse_address(object, "module_adr")?,
         });
     }
-    if !["c", "i", "pi", "qi"]
-        .iter()
-        .any(|key| object.contains_key(*key))
-    {
+    if !["c", "i", "pi", "qi"].iter().any(|key| object.contains_key(*key)) {
         return Err(LineError::Kind);
     }
     let number = match required(object, "c")? {
         Value::Number(number) if number.is_i64() || number.is_u64() => number.clone(),
         other => {
-            return Err(LineError::CycleNumber {
-                got: shortened(other),
-            });
+            return Err(LineError::CycleNumber { got: shortened(other) });
         }
     };
     let (bools, ints) = parse_inputs(required(object, "i")?)?;
@@ -465,9 +453,7 @@ type ParsedInputs = ([Option<bool>; 8], [Option<i16>; 4]);
 
 fn parse_inputs(value: &Value) -> Result<ParsedInputs, LineError> {
     let Value::Array(list) = value else {
-        return Err(LineError::Inputs {
-            got: shortened(value),
-        });
+        return Err(LineError::Inputs { got: shortened(value) });
     };
     if list.len() != INPUT_NAMES.len() {
         return Err(LineError::Inputs {
@@ -511,13 +497,10 @@ fn parse_inputs(value: &Value) -> Result<ParsedInputs, LineError> {
 
 fn parse_image(object: &Map<String, Value>, key: &'static str) -> Result<[u8; 8], LineError> {
     let value = required(object, key)?;
-    value
-        .as_str()
-        .and_then(hex_octets)
-        .ok_or_else(|| LineError::Image {
-            key,
-            got: shortened(value),
-        })
+    value.as_str().and_then(hex_octets).ok_or_else(|| LineError::Image {
+        key,
+        got: shortened(value),
+    })
 }
 
 /// Exactly 16 hexadecimal digits of either case. (`from_str_radix` alone would take a sign.)

@@ -90,13 +90,7 @@ fn inputs_never_written_send_the_minimum_from_the_first_cycle_on() {
         [0x72, 1, 0x5A, 0xE9, 0, 0x01, 0x86, 0xA0]
     );
     bench.run(12);
-    let data: Vec<_> = bench
-        .drive
-        .served
-        .iter()
-        .take(4)
-        .map(|request| request.data)
-        .collect();
+    let data: Vec<_> = bench.drive.served.iter().take(4).map(|request| request.data).collect();
     // 10 %, 10 %, 10 % and 200.0 mm, each with four decimals.
     assert_eq!(data, [100_000, 100_000, 100_000, 2_000_000]);
 }
@@ -109,11 +103,7 @@ fn the_seven_telegrams_go_round_for_ever_and_their_handshake_alternates_from_rou
     assert_eq!(served(&bench), ROUND.repeat(4));
     for (index, request) in bench.drive.served.iter().enumerate() {
         // Seven is odd: with handshake 1 first, telegram n of round r has handshake 1 if n + r is even.
-        assert_eq!(
-            request.handshake(),
-            (index % 7 + index / 7) % 2 == 0,
-            "request {index}"
-        );
+        assert_eq!(request.handshake(), (index % 7 + index / 7) % 2 == 0, "request {index}");
     }
 }
 
@@ -140,10 +130,7 @@ fn an_exchange_takes_three_cycles_and_the_delay_of_the_answer() {
         });
         for exchange in 1..=14 {
             bench.run_to(exchange * (3 + delay));
-            assert!(
-                bench.block.fired().fired(12),
-                "exchange {exchange}, delay {delay}"
-            );
+            assert!(bench.block.fired().fired(12), "exchange {exchange}, delay {delay}");
             assert_eq!(u32::from(bench.block.telegram_counter()), exchange % 7);
         }
     }
@@ -151,26 +138,17 @@ fn an_exchange_takes_three_cycles_and_the_delay_of_the_answer() {
     let mut bench = Bench::new();
     bench.run(20);
     assert_eq!(
-        (
-            bench.block.telegram_counter(),
-            bench.block.telegram_pointer()
-        ),
+        (bench.block.telegram_counter(), bench.block.telegram_pointer()),
         (6, 22 + 6 * 8)
     );
     bench.step();
     assert_eq!(
-        (
-            bench.block.telegram_counter(),
-            bench.block.telegram_pointer()
-        ),
+        (bench.block.telegram_counter(), bench.block.telegram_pointer()),
         (0, 22 + 6 * 8)
     );
     bench.step();
     assert_eq!(
-        (
-            bench.block.telegram_counter(),
-            bench.block.telegram_pointer()
-        ),
+        (bench.block.telegram_counter(), bench.block.telegram_pointer()),
         (0, 22)
     );
 }
@@ -181,10 +159,7 @@ fn parameter_data_is_read_before_it_is_written_and_not_exchanged_under_error_res
     use Access::{Read, Write};
     let mut bench = Bench::new();
     bench.step();
-    assert_eq!(
-        bench.drive.log,
-        [Read(PZD), Write(PZD), Read(PAR), Write(PAR)]
-    );
+    assert_eq!(bench.drive.log, [Read(PZD), Write(PZD), Read(PAR), Write(PAR)]);
     let request = bench.drive.request;
     bench.inputs.error_reset = true;
     for _ in 0..3 {
@@ -194,10 +169,7 @@ fn parameter_data_is_read_before_it_is_written_and_not_exchanged_under_error_res
     // The request stays on the bus, and the drive has answered; the received image is still that of power-up.
     assert_eq!(bench.drive.request, request);
     assert!(bench.drive.answer.handshake());
-    assert_eq!(
-        bench.block.parameter_received(),
-        ParameterTelegram::default()
-    );
+    assert_eq!(bench.block.parameter_received(), ParameterTelegram::default());
 }
 
 /// Point 7.
@@ -210,10 +182,7 @@ fn after_an_error_reset_at_counter_k_the_round_has_seven_less_k_telegrams() {
         assert_eq!(bench.block.telegram_counter(), k);
         bench.inputs.error_reset = true;
         bench.step();
-        assert_eq!(
-            (bench.block.telegram_counter(), bench.places()),
-            (k, vec![1, 10])
-        );
+        assert_eq!((bench.block.telegram_counter(), bench.places()), (k, vec![1, 10]));
         bench.inputs.error_reset = false;
         bench.drive.served.clear();
         bench.run(40);
@@ -223,10 +192,7 @@ fn after_an_error_reset_at_counter_k_the_round_has_seven_less_k_telegrams() {
         assert!(count > length, "counter {k}");
         assert_eq!(served(&bench)[..count], expected[..count], "counter {k}");
         // With k ≥ 3 the reads are left out of that round.
-        assert_eq!(
-            ROUND[..length].iter().any(|(_, subindex)| *subindex == 0),
-            k < 3
-        );
+        assert_eq!(ROUND[..length].iter().any(|(_, subindex)| *subindex == 0), k < 3);
     }
     // A reset during a handshake: the drive has seen handshake 1 already, so telegram 0 is counted without being delivered.
     let mut bench = Bench::new();
@@ -251,19 +217,13 @@ fn a_drive_beginning_with_handshake_1_never_gets_telegram_0_and_a_swallowed_requ
         ..Drive::default()
     });
     bench.run(1_000);
-    assert_eq!(
-        (bench.places(), bench.block.telegram_counter()),
-        (vec![6, 7, 10], 0)
-    );
+    assert_eq!((bench.places(), bench.block.telegram_counter()), (vec![6, 7, 10], 0));
     bench.inputs.error_reset = true;
     bench.step();
     assert_eq!(bench.places(), [1, 10]);
     bench.inputs.error_reset = false;
     bench.run(1_000);
-    assert_eq!(
-        (bench.places(), bench.block.telegram_counter()),
-        (vec![6, 7, 10], 0)
-    );
+    assert_eq!((bench.places(), bench.block.telegram_counter()), (vec![6, 7, 10], 0));
     assert!(bench.drive.served.is_empty());
 }
 
@@ -342,11 +302,7 @@ fn a_constant_reaches_the_position_four_cycles_after_its_request() {
         ((1 << 24) + 1, 0x45CC_A700),
     ] {
         bench.drive.position = position;
-        assert_eq!(
-            bench.step().position_mm.to_bits(),
-            bits,
-            "position {position}"
-        );
+        assert_eq!(bench.step().position_mm.to_bits(), bits, "position {position}");
     }
 }
 
@@ -372,16 +328,10 @@ fn the_speed_word_is_sign_extended() {
 #[test]
 fn switch_on_follows_ready_or_fault_and_a_start_held_at_power_up_makes_no_edge() {
     let mut bench = Bench::new();
-    for status in [
-        0x0000, 0x0001, 0x0008, 0x0009, 0x0240, 0x0231, 0xFFFF, 0xFFF6,
-    ] {
+    for status in [0x0000, 0x0001, 0x0008, 0x0009, 0x0240, 0x0231, 0xFFFF, 0xFFF6] {
         bench.drive.status = status;
         bench.step();
-        assert_eq!(
-            bench.control(0),
-            status & 0x0009 != 0,
-            "status {status:#06x}"
-        );
+        assert_eq!(bench.control(0), status & 0x0009 != 0, "status {status:#06x}");
         assert!([1, 2, 4].iter().all(|bit| bench.control(*bit)));
     }
     let mut bench = Bench::new();
@@ -420,10 +370,7 @@ fn error_reset_stops_the_parameter_net_even_while_running_keeps_the_reset_bit_lo
     for status in [0x4008, 0x0000, 0x0008] {
         bench.drive.status = status;
         bench.step();
-        assert!(
-            bench.control(7) && bench.control(11),
-            "status {status:#06x}"
-        );
+        assert!(bench.control(7) && bench.control(11), "status {status:#06x}");
     }
     bench.inputs.error_reset = false;
     bench.inputs.pos_stop = true;
@@ -438,10 +385,7 @@ fn manual_mode_is_not_interlocked() {
     bench.inputs.manual_pos = true;
     bench.inputs.manual_neg = true;
     bench.step();
-    assert_eq!(
-        [12, 13, 14].map(|bit| bench.control(bit)),
-        [false, true, true]
-    );
+    assert_eq!([12, 13, 14].map(|bit| bench.control(bit)), [false, true, true]);
     // Manual mode does not keep the program from being started.
     bench.inputs.manual = true;
     bench.step();

@@ -7,16 +7,13 @@ use serde_json::{Map, Value};
 
 /// Replays `tests/data/<name>` and compares every field of every answer. Returns the number of cycles.
 fn replays_like_the_soft_plc(name: &str) -> usize {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data")
-        .join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
     let text = fs::read_to_string(&path).expect("the trace is there");
     let mut replay = Replay::new();
     let (mut cycles, mut scene) = (0, String::new());
     for (line, number) in text.lines().zip(1..) {
         let parsed = Replay::parse(line.as_bytes()).expect("the line is understood");
-        let expected: Map<String, Value> =
-            serde_json::from_str(line).expect("the line is an object");
+        let expected: Map<String, Value> = serde_json::from_str(line).expect("the line is an object");
         let mut answer = String::new();
         replay.step(&parsed, &mut answer);
         if let Line::PowerUp { .. } = parsed {
@@ -25,8 +22,7 @@ fn replays_like_the_soft_plc(name: &str) -> usize {
             continue;
         }
         cycles += 1;
-        let got: Map<String, Value> =
-            serde_json::from_str(&answer).expect("the answer is one object");
+        let got: Map<String, Value> = serde_json::from_str(&answer).expect("the answer is one object");
         for key in ["c", "o", "po", "qo", "m", "at", "ci"] {
             assert_eq!(
                 got.get(key),

@@ -90,9 +90,7 @@ fn the_block_addressed_8_too_low_takes_the_parameter_area_for_process_data() {
         cycle(1, NOTHING, ZERO, "4237000000000000")
     );
     // The status word 0x4237 comes from qi; the control word 0x0077 goes to qo; 264 does not exist.
-    assert!(answers(&text).contains(
-        r#""o":[1,1,0,1,0,0,4294967295],"po":"0000000000000000","qo":"0077000000000000""#
-    ));
+    assert!(answers(&text).contains(r#""o":[1,1,0,1,0,0,4294967295],"po":"0000000000000000","qo":"0077000000000000""#));
 }
 
 #[test]
@@ -111,11 +109,7 @@ fn numbers_and_booleans_are_the_same_and_null_leaves_an_input_alone() {
     );
     // Bit 15 (mark) and bit 3 (enable) are high, bit 5 (start, inverted) low, in the second cycle too.
     assert!(
-        numbers
-            .lines()
-            .nth(1)
-            .unwrap()
-            .contains(r#""po":"805e000000000000""#),
+        numbers.lines().nth(1).unwrap().contains(r#""po":"805e000000000000""#),
         "{numbers}"
     );
     assert!(
@@ -131,9 +125,7 @@ fn numbers_and_booleans_are_the_same_and_null_leaves_an_input_alone() {
 #[test]
 fn any_integer_is_echoed_as_cycle_number() {
     for number in [-1, 0, i64::MAX, i64::MIN] {
-        assert!(
-            answers(&cycle(number, NOTHING, ZERO, ZERO)).starts_with(&format!("{{\"c\":{number},"))
-        );
+        assert!(answers(&cycle(number, NOTHING, ZERO, ZERO)).starts_with(&format!("{{\"c\":{number},")));
     }
 }
 
@@ -159,10 +151,7 @@ fn a_broken_line_gives_a_sentence_with_its_number_and_no_output() {
             bad("{\"reset\":1,\"module_adr\":-1}"),
             "\"module_adr\" is -1; allowed is an integer from 0 to 65535",
         ),
-        (
-            inputs("0,0"),
-            "\"i\" is a list of 2; allowed is a list of 12 values",
-        ),
+        (inputs("0,0"), "\"i\" is a list of 2; allowed is a list of 12 values"),
         (
             inputs("0,0,0,0,2,0,0,0,0,0,0,0"),
             "input POS_START is 2; allowed is 0, 1, false, true or null",
@@ -204,9 +193,7 @@ fn unusual_but_allowed_lines_are_read_like_plain_ones() {
     // A power-up wins over a cycle in the same line, also with null.
     assert_eq!(with("{", "{\"reset\":null,"), "");
     // Beyond the plain integers.
-    assert!(
-        with("\"c\":7", "\"c\":18446744073709551615").starts_with("{\"c\":18446744073709551615,")
-    );
+    assert!(with("\"c\":7", "\"c\":18446744073709551615").starts_with("{\"c\":18446744073709551615,"));
 }
 
 #[test]
@@ -225,11 +212,7 @@ fn the_program_answers_on_standard_output_and_fails_with_code_2() {
     let output = program(&[], &format!("{good}\nnonsense\n"));
     assert_eq!(output.status.code(), Some(2));
     assert!(output.stdout.is_empty());
-    assert!(
-        String::from_utf8(output.stderr)
-            .unwrap()
-            .contains("line 2: not JSON")
-    );
+    assert!(String::from_utf8(output.stderr).unwrap().contains("line 2: not JSON"));
 
     let output = program(&["--input", "there-is-no-such-file.jsonl"], "");
     assert_eq!(output.status.code(), Some(2));
@@ -255,10 +238,7 @@ fn stream_answers_each_line_before_the_next_arrives() {
         writeln!(input, "{}", cycle(number, NOTHING, ZERO, ZERO)).unwrap();
         let mut answer = String::new();
         output.read_line(&mut answer).unwrap();
-        assert!(
-            answer.starts_with(&format!("{{\"c\":{number},")),
-            "{answer}"
-        );
+        assert!(answer.starts_with(&format!("{{\"c\":{number},")), "{answer}");
     }
     writeln!(input, "nonsense").unwrap();
     drop(input);

@@ -54,12 +54,7 @@ impl ParameterNet {
     }
 
     /// Fires T1…T13 once, in order.
-    pub(crate) fn cycle(
-        &mut self,
-        telegrams: &mut Telegrams,
-        par_adr: u16,
-        periphery: &mut impl Periphery,
-    ) {
+    pub(crate) fn cycle(&mut self, telegrams: &mut Telegrams, par_adr: u16, periphery: &mut impl Periphery) {
         let mut context = Context {
             memory: &mut self.memory,
             telegrams,
@@ -139,8 +134,7 @@ impl<P: Periphery> NetContext for Context<'_, P> {
                 let mut image = memory.received.to_bytes();
                 self.periphery.dprd_dat(self.par_adr, &mut image);
                 memory.received = ParameterTelegram::from_bytes(image);
-                self.periphery
-                    .dpwr_dat(self.par_adr, &memory.sent.to_bytes());
+                self.periphery.dpwr_dat(self.par_adr, &memory.sent.to_bytes());
             }
         }
     }

@@ -85,24 +85,15 @@ impl ProcessDataIn {
 
     /// `ITD` extends the sign of word 1, so the range is −200.0…+199.99 % (specification 8.1 point 12).
     fn speed_percent(&self) -> f32 {
-        real::mul(
-            real::div(real::word_to_real(self.word(1)), SPEED_100_PERCENT),
-            100.0,
-        )
+        real::mul(real::div(real::word_to_real(self.word(1)), SPEED_100_PERCENT), 100.0)
     }
 
     /// The low word comes first. The order of the operations is the original's: each is rounded.
     fn position_mm(&self, constants: &Constants) -> f32 {
         let increments = (u32::from(self.word(3)) << 16) | u32::from(self.word(2));
-        let revolutions = real::div(
-            real::dtr(increments as i32),
-            real::dtr(INCREMENTS_PER_REVOLUTION),
-        );
+        let revolutions = real::div(real::dtr(increments as i32), real::dtr(INCREMENTS_PER_REVOLUTION));
         let travel = real::mul(revolutions, constants.feed_constant);
-        real::mul(
-            real::div(travel, constants.gear_numerator),
-            constants.gear_denominator,
-        )
+        real::mul(real::div(travel, constants.gear_numerator), constants.gear_denominator)
     }
 }
 

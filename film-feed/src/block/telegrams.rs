@@ -134,8 +134,7 @@ impl Telegrams {
         acceleration.data = scaled(inputs.acceleration, PERCENT_TO_CODE);
         distance.data = scaled(inputs.distance, DISTANCE_TO_CODE);
 
-        let constant =
-            |telegram: &ParameterTelegram| real::div(real::dtr(telegram.data as i32), CODE_SCALE);
+        let constant = |telegram: &ParameterTelegram| real::div(real::dtr(telegram.data as i32), CODE_SCALE);
         Constants {
             feed_constant: constant(feed),
             gear_numerator: constant(numerator),
@@ -190,11 +189,7 @@ mod tests {
         ];
         for (slot, octets) in (0u16..).zip(expected) {
             let telegram = telegrams.at(Telegrams::FIRST + 8 * slot).copied();
-            assert_eq!(
-                telegram,
-                Some(ParameterTelegram::from_bytes(octets)),
-                "telegram {slot}"
-            );
+            assert_eq!(telegram, Some(ParameterTelegram::from_bytes(octets)), "telegram {slot}");
             assert_eq!(telegram.unwrap().to_bytes(), octets);
         }
         assert_eq!(telegrams.at(Telegrams::FIRST + 56), None);

@@ -98,11 +98,7 @@ fn replay_streaming(mut input: impl BufRead, mut output: impl Write) -> Result<(
     let (mut line, mut answer) = (Vec::new(), String::new());
     for number in 1.. {
         line.clear();
-        if input
-            .read_until(b'\n', &mut line)
-            .map_err(ReplayError::Read)?
-            == 0
-        {
+        if input.read_until(b'\n', &mut line).map_err(ReplayError::Read)? == 0 {
             break;
         }
         answer.clear();
@@ -133,9 +129,7 @@ fn replay_checked(mut input: impl Read, mut output: impl Write) -> Result<(), Re
     for line in &lines {
         replay.step(line, &mut answers);
         if answers.len() >= CHUNK {
-            output
-                .write_all(answers.as_bytes())
-                .map_err(ReplayError::Write)?;
+            output.write_all(answers.as_bytes()).map_err(ReplayError::Write)?;
             answers.clear();
         }
     }
@@ -152,8 +146,5 @@ fn parse(number: usize, line: &[u8]) -> Result<Line, ReplayError> {
     } else {
         line
     };
-    Replay::parse(line).map_err(|source| ReplayError::Line {
-        line: number,
-        source,
-    })
+    Replay::parse(line).map_err(|source| ReplayError::Line { line: number, source })
 }

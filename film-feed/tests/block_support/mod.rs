@@ -84,10 +84,7 @@ impl Drive {
     /// Between two PLC cycles: looks at the request and answers if it is time.
     fn work(&mut self) {
         let wanted = self.request.handshake();
-        if self.request.service == 0
-            || wanted == self.answer.handshake()
-            || self.swallowed == Some(wanted)
-        {
+        if self.request.service == 0 || wanted == self.answer.handshake() || self.swallowed == Some(wanted) {
             return;
         }
         if self.swallow > 0 {
@@ -127,13 +124,7 @@ impl Periphery for Drive {
                 let [p3, p2, p1, p0] = self.position.to_be_bytes();
                 *record = [s1, s0, n1, n0, p1, p0, p3, p2];
             }
-            PAR => {
-                *record = if self.dead {
-                    [0; 8]
-                } else {
-                    self.answer.to_bytes()
-                }
-            }
+            PAR => *record = if self.dead { [0; 8] } else { self.answer.to_bytes() },
             _ => return false,
         }
         true
@@ -200,9 +191,7 @@ impl Bench {
 
     /// The marked places.
     pub(crate) fn places(&self) -> Vec<u8> {
-        (1..=11)
-            .filter(|place| self.block.marking().holds(*place))
-            .collect()
+        (1..=11).filter(|place| self.block.marking().holds(*place)).collect()
     }
 
     /// Whether a bit of the control word last written is high.

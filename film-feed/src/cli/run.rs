@@ -1,0 +1,368 @@
+//! `film-feed run`: the main job.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use dp_master::time::Baud;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::output_file::OutputFile;
+use crate::machine::{FilmConfig, MarkConfig};
+use crate::operator::FeedPlan;
+use crate::plot;
+use crate::real_line::{self, RealLine};
+use crate::report::{FeedMode, RunReport};
+use crate::rig::RigConfig;
+use crate::run::{self, Observation};
+use crate::scope::{self, Sample};
+
+/// What `film-feed run` takes.
+#[derive(Debug, Clone, Args)]
+pub struct RunArgs {
+    /// Which series to run.
+    #[arg(long, value_enum, default_value_t = SeriesChoice::Both)]
+    series: SeriesChoice,
+    /// Short for `--series mark`.
+    #[arg(long, conflicts_with = "series")]
+    print_marks: bool,
+    /// Feeds per series, 1…1000000.
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    feeds: u32,
+    /// Feed length, 200.0…2000.0 mm in steps of 0.1.
+    #[arg(long, value_name = "MM", default_value = "1200.0", value_parser = LENGTH.parser())]
+    length: i16,
+    /// Travel velocity, 10.00…100.00 % of v_max (1200 mm/s) in steps of 0.01.
+    #[arg(long, value_name = "PCT", default_value = "100.00", value_parser = PERCENT.parser())]
+    speed: i16,
+    /// Acceleration and deceleration, 10.00…100.00 % of a_max (2400 mm/s²) in steps of 0.01.
+    #[arg(long, value_name = "PCT", default_value = "100.00", value_parser = PERCENT.parser())]
+    accel: i16,
+    /// Mark-reading velocity, 10.00 % up to the travel velocity, in steps of 0.01.
+    #[arg(long, value_name = "PCT", value_parser = PERCENT.parser())]
+    mark_speed: Option<i16>,
+    /// Mean distance between print marks, 200.0…2000.0 mm in steps of 0.1; the feed length if not given.
+    #[arg(long, value_name = "MM", value_parser = LENGTH.parser())]
+    repeat: Option<i16>,
+    /// Largest deviation of a mark's distance, 0.0…50.0 mm in steps of 0.1.
+    #[arg(long, value_name = "MM", default_value = "50.0", value_parser = MARK_TOLERANCE.parser())]
+    mark_tolerance: i16,
+    /// Seed of everything random: mark distances, bit errors, processing times.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Baud rate in bit/s: 9600, 19200, 45450, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000
+    /// (12000000 if not given; 1500000 with --port).
+    #[arg(long, value_name = "RATE", value_parser = parse_baud)]
+    baud: Option<Baud>,
+    /// PLC cycle, 1.0…100.0 ms in steps of 0.1.
+    #[arg(long, value_name = "MS", default_value = "5.0", value_parser = PLC_CYCLE.parser())]
+    plc_cycle: i16,
+    /// Shortest DP cycle, 0.00…100.00 ms in steps of 0.01; 0 polls as fast as the bus parameters allow.
+    #[arg(long, value_name = "MS", default_value = "0.50", value_parser = DP_CYCLE.parser())]
+    dp_cycle: i16,
+    /// Probability that a bit on the line is wrong, 0…0.001.
+    #[arg(long, value_name = "P", default_value = "0", value_parser = parse_bit_error_rate)]
+    bit_error_rate: f64,
+    /// Print the report as one JSON object.
+    #[arg(long)]
+    json: bool,
+    /// Write all signals, once a millisecond, as CSV.
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "port")]
+    trace: Option<PathBuf>,
+    /// Draw interpolator and motor speed of the first feed as SVG.
+    #[arg(long, value_name = "FILE.svg", conflicts_with = "port")]
+    plot: Option<PathBuf>,
+    /// Run in real time against whatever answers on this serial line.
+    #[arg(long, value_name = "PATH")]
+    port: Option<PathBuf>,
+    /// DP address of the drive, 0…125.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(0..=125))]
+    address: u8,
+}
+
+/// Which series to run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum SeriesChoice {
+    /// By length, then to the print mark.
+    Both,
+    /// By length only.
+    Length,
+    /// To the print mark only.
+    Mark,
+}
+
+impl RunArgs {
+    fn modes(&self) -> &'static [FeedMode] {
+        match (self.print_marks, self.series) {
+            (true, _) | (false, SeriesChoice::Mark) => &[FeedMode::Mark],
+            (false, SeriesChoice::Length) => &[FeedMode::Length],
+            (false, SeriesChoice::Both) => &[FeedMode::Length, FeedMode::Mark],
+        }
+    }
+
+    /// The thesis reads marks at 20 % (fig. 68); a slower travel pulls the mark-reading velocity down with it.
+    fn mark_speed(&self) -> Result<i16, String> {
+        const THESIS: i16 = 2000;
+        let mark_speed = self.mark_speed.unwrap_or(THESIS.min(self.speed));
+        if mark_speed > self.speed {
+            return Err(format!(
+                "--mark-speed {} % is above the travel velocity --speed {} %; give at most that",
+                PERCENT.show(mark_speed),
+                PERCENT.show(self.speed)
+            ));
+        }
+        Ok(mark_speed)
+    }
+
+    fn plan(&self) -> Result<FeedPlan, String> {
+        let feeds = self.feeds as usize;
+        Ok(FeedPlan {
+            series: self.modes().iter().map(|mode| (*mode, feeds)).collect(),
+            length_tenth_mm: self.length,
+            speed_hundredth_percent: self.speed,
+            mark_speed_hundredth_percent: self.mark_speed()?,
+            accel_hundredth_percent: self.accel,
+            ..FeedPlan::default()
+        })
+    }
+
+    fn rig_config(&self) -> RigConfig {
+        let marks = MarkConfig {
+            repeat_mm: f64::from(self.repeat.unwrap_or(self.length)) / 10.0,
+            tolerance_mm: f64::from(self.mark_tolerance) / 10.0,
+            seed: self.seed,
+            ..MarkConfig::default()
+        };
+        RigConfig {
+            baud: self.baud.unwrap_or(Baud::B12000000),
+            plc_cycle_ns: self.plc_cycle_ns(),
+            dp_cycle_ns: self.dp_cycle as u64 * 10_000,
+            bit_error_rate: self.bit_error_rate,
+            seed: self.seed,
+            slave_address: self.address,
+            film: FilmConfig {
+                marks,
+                ..FilmConfig::default()
+            },
+            ..RigConfig::default()
+        }
+    }
+
+    fn plc_cycle_ns(&self) -> u64 {
+        self.plc_cycle as u64 * 100_000
+    }
+}
+
+/// Runs the feeds; `Ok(true)` when every feed landed and finished.
+///
+/// # Errors
+/// One sentence when something given was wrong; nothing has run then.
+pub fn run(args: &RunArgs) -> Result<bool, String> {
+    let plan = args.plan()?;
+    let trace = args.trace.as_deref().map(OutputFile::create).transpose()?;
+    let picture = args.plot.as_deref().map(OutputFile::create).transpose()?;
+    let observation = if trace.is_some() || picture.is_some() {
+        Observation::Samples
+    } else {
+        Observation::FeedsOnly
+    };
+    let progress = progress_bar(args);
+    let feed_done = || progress.inc(1);
+    let started = Instant::now();
+    let (mut report, samples) = match &args.port {
+        None => run::simulated(&args.rig_config(), plan, observation, feed_done).map_err(|error| error.to_string())?,
+        Some(path) => {
+            let line = RealLine {
+                path: path.clone(),
+                baud: args.baud.unwrap_or(Baud::B1500000),
+                slave_address: args.address,
+                plc_cycle_ns: args.plc_cycle_ns(),
+            };
+            (real_line::run(&line, plan, feed_done)?, Vec::new())
+        }
+    };
+    progress.finish_and_clear();
+    report.wall_s = started.elapsed().as_secs_f64();
+    report.speedup = report.simulated_s / report.wall_s;
+
+    if let Some(file) = trace {
+        file.commit(|out| scope::write_csv(&samples, out))?;
+    }
+    if let Some(file) = picture {
+        let svg = draw(&report, &samples)?;
+        file.commit(|out| std::io::Write::write_all(out, svg.as_bytes()))?;
+    }
+    print(args, &report);
+    Ok(report.ok)
+}
+
+fn draw(report: &RunReport, samples: &[Sample]) -> Result<String, String> {
+    let first = report
+        .feeds
+        .first()
+        .ok_or_else(|| plot::PlotError::NothingRecorded.to_string())?;
+    let title = match first.mode {
+        FeedMode::Length => format!("Feed {} by length: interpolator speed and motor speed", first.n),
+        FeedMode::Mark => format!("Feed {} to the print mark: interpolator speed and motor speed", first.n),
+    };
+    plot::speed_over_time(samples, first.n, &title).map_err(|error| error.to_string())
+}
+
+fn print(args: &RunArgs, report: &RunReport) {
+    if args.json {
+        // Serialising numbers, strings and lists cannot fail.
+        println!("{}", serde_json::to_string(report).unwrap_or_default());
+    } else {
+        println!("{report}");
+    }
+}
+
+/// A bar on a terminal, nothing elsewhere; it shows itself only when the run lasts.
+fn progress_bar(args: &RunArgs) -> ProgressBar {
+    if args.json || !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(u64::from(args.feeds) * args.modes().len() as u64);
+    bar.set_style(
+        ProgressStyle::with_template("{bar:40} {pos}/{len} feeds, {eta} left")
+            .unwrap_or_else(|_| ProgressStyle::default_bar()),
+    );
+    bar
+}
+
+/// A decimal quantity the command line takes: its range and step declared once, the check and the message derived.
+#[derive(Debug, Clone, Copy)]
+struct Decimal {
+    unit: &'static str,
+    decimals: usize,
+    min: i16,
+    max: i16,
+}
+
+const LENGTH: Decimal = Decimal {
+    unit: "mm",
+    decimals: 1,
+    min: 2_000,
+    max: 20_000,
+};
+const PERCENT: Decimal = Decimal {
+    unit: "%",
+    decimals: 2,
+    min: 1_000,
+    max: 10_000,
+};
+const MARK_TOLERANCE: Decimal = Decimal {
+    unit: "mm",
+    decimals: 1,
+    min: 0,
+    max: 500,
+};
+const PLC_CYCLE: Decimal = Decimal {
+    unit: "ms",
+    decimals: 1,
+    min: 10,
+    max: 1_000,
+};
+const DP_CYCLE: Decimal = Decimal {
+    unit: "ms",
+    decimals: 2,
+    min: 0,
+    max: 10_000,
+};
+
+impl Decimal {
+    fn parser(self) -> impl Fn(&str) -> Result<i16, String> + Clone + Send + Sync + 'static {
+        move |text| self.parse(text)
+    }
+
+    fn parse(self, text: &str) -> Result<i16, String> {
+        let scale = 10_f64.powi(self.decimals as i32);
+        let allowed = || {
+            format!(
+                "allowed is {}…{} {} in steps of {}",
+                self.show(self.min),
+                self.show(self.max),
+                self.unit,
+                1.0 / scale
+            )
+        };
+        let value: f64 = text
+            .trim()
+            .parse()
+            .map_err(|_| format!("not a number, {}", allowed()))?;
+        let scaled = value * scale;
+        if !(f64::from(self.min)..=f64::from(self.max)).contains(&scaled) {
+            return Err(allowed());
+        }
+        // Decimal fractions are not exact in binary; a millionth of a step is no step.
+        if (scaled - scaled.round()).abs() > 1e-6 {
+            return Err(allowed());
+        }
+        Ok(scaled.round() as i16)
+    }
+
+    fn show(self, value: i16) -> String {
+        format!(
+            "{:.*}",
+            self.decimals,
+            f64::from(value) / 10_f64.powi(self.decimals as i32)
+        )
+    }
+}
+
+fn parse_baud(text: &str) -> Result<Baud, String> {
+    text.parse().ok().and_then(Baud::from_bits_per_second).ok_or_else(|| {
+        let rates: Vec<String> = Baud::ALL
+            .iter()
+            .map(|baud| baud.bits_per_second().to_string())
+            .collect();
+        format!("allowed are the ten PROFIBUS rates {} bit/s", rates.join(", "))
+    })
+}
+
+fn parse_bit_error_rate(text: &str) -> Result<f64, String> {
+    const MAX: f64 = 0.001;
+    let allowed = || format!("allowed is 0…{MAX}");
+    let rate: f64 = text.trim().parse().map_err(|_| allowed())?;
+    if (0.0..=MAX).contains(&rate) {
+        Ok(rate)
+    } else {
+        Err(allowed())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_length_is_taken_in_tenths_of_a_millimetre() {
+        assert_eq!(LENGTH.parse("1200"), Ok(12_000));
+        assert_eq!(LENGTH.parse("987.5"), Ok(9_875));
+        assert_eq!(LENGTH.parse("200.0"), Ok(2_000));
+        assert_eq!(LENGTH.parse("2000"), Ok(20_000));
+    }
+
+    #[test]
+    fn a_length_out_of_range_names_the_range() {
+        for text in ["199.9", "2000.1", "1200.05", "NaN", "inf", "-1", "abc", ""] {
+            let message = LENGTH.parse(text).unwrap_err();
+            assert!(message.contains("200.0…2000.0 mm in steps of 0.1"), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn only_the_ten_profibus_rates_are_taken() {
+        assert_eq!(parse_baud("12000000"), Ok(Baud::B12000000));
+        assert!(parse_baud("115200").unwrap_err().contains("187500"));
+    }
+
+    #[test]
+    fn a_bit_error_rate_is_a_small_probability() {
+        assert_eq!(parse_bit_error_rate("1e-5"), Ok(1e-5));
+        for text in ["-1e-9", "0.5", "NaN"] {
+            assert!(parse_bit_error_rate(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! The film under the reader: what the shaft's motion does to it, and when the reader switches.
+
+use std::f64::consts::PI;
+
+use lenze9300_model::plant::{ShaftAngle, ShaftSegment};
+use lenze9300_model::units::INC_PER_REV;
+
+use super::marks::{MarkConfig, Marks};
+
+/// The roller that pulls the film, behind the gear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[doc(alias = "Vorzugwelle")]
+pub struct Roller {
+    /// Diameter, mm (film-feed specification, section 1: 57 mm).
+    pub diameter_mm: f64,
+    /// Motor revolutions per roller revolution (7:1).
+    pub gear_ratio: f64,
+}
+
+impl Default for Roller {
+    fn default() -> Self {
+        Roller {
+            diameter_mm: 57.0,
+            gear_ratio: 7.0,
+        }
+    }
+}
+
+impl Roller {
+    /// Film travel per increment of the motor, mm.
+    pub fn mm_per_increment(&self) -> f64 {
+        PI * self.diameter_mm / (self.gear_ratio * INC_PER_REV as f64)
+    }
+}
+
+/// What the machine is made of.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FilmConfig {
+    /// The roller.
+    pub roller: Roller,
+    /// The print.
+    pub marks: MarkConfig,
+}
+
+/// The reader's output changed inside the last tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edge {
+    /// When, as a fraction of the tick, 0…1.
+    pub fraction: f64,
+    /// The level after the edge: `true` while a mark is under the reader.
+    pub level: bool,
+}
+
+/// The film: its position, its marks, the reader over it.
+#[derive(Debug, Clone)]
+pub struct Film {
+    roller: Roller,
+    mm_per_increment: f64,
+    shaft: ShaftAngle,
+    marks: Marks,
+    /// Number of the last mark whose leading edge has passed the reader.
+    passed: usize,
+    /// Shaft angles between which the reader's level stays as it is; the second no longer belongs to the range.
+    steady: (ShaftAngle, ShaftAngle),
+    level: bool,
+    position_mm: f64,
+}
+
+impl Film {
+    /// A film threaded with mark 0 at 50 mm before the reader's line, which is where a finished feed leaves a mark
+    /// (film-feed specification, section 6), the shaft standing at `shaft`.
+    pub fn new(config: FilmConfig, shaft: ShaftAngle) -> Self {
+        let mm_per_increment = config.roller.mm_per_increment();
+        let position_mm = shaft.offset_from(ShaftAngle::default()) * mm_per_increment;
+        let marks = Marks::new(config.marks, position_mm - RESIDUAL_PATH_MM);
+        let mut film = Film {
+            roller: config.roller,
+            mm_per_increment,
+            marks,
+            passed: 0,
+            shaft,
+            steady: (shaft, shaft),
+            level: false,
+            position_mm,
+        };
+        film.find_steady_range();
+        film
+    }
+
+    /// Threads the same kind of film anew, mark 0 just 50 mm behind the reader.
+    pub fn rethread(&mut self, marks: MarkConfig) {
+        *self = Film::new(
+            FilmConfig {
+                roller: self.roller,
+                marks,
+            },
+            self.shaft,
+        );
+    }
+
+    /// How far the film has moved since power-up, mm.
+    pub fn position_mm(&self) -> f64 {
+        self.position_mm
+    }
+
+    /// Film travel per increment of the motor, mm.
+    pub fn mm_per_increment(&self) -> f64 {
+        self.mm_per_increment
+    }
+
+    /// Whether a mark is under the reader now.
+    pub fn reader_level(&self) -> bool {
+        self.level
+    }
+
+    /// Film position at which the leading edge of the last passed mark was under the reader, mm.
+    pub fn last_mark_mm(&mut self) -> f64 {
+        self.marks.leading_mm(self.passed)
+    }
+
+    /// Number of the last mark whose leading edge passed the reader.
+    pub fn marks_passed(&self) -> usize {
+        self.passed
+    }
+
+    /// Moves the film with the shaft; tells when the reader switched, if it did.
+    ///
+    /// One edge a tick at the most: at 1200 mm/s the film moves 0.15 mm in 125 µs, a mark is millimetres long.
+    pub fn follow(&mut self, shaft: &ShaftSegment) -> Option<Edge> {
+        self.shaft = shaft.end;
+        self.position_mm = shaft.end.offset_from(ShaftAngle::default()) * self.mm_per_increment;
+        if shaft.end >= self.steady.0 && shaft.end < self.steady.1 {
+            return None;
+        }
+        let crossed = if shaft.end < self.steady.0 {
+            self.steady.0
+        } else {
+            self.steady.1
+        };
+        let level_before = self.level;
+        self.find_steady_range();
+        (self.level != level_before).then(|| Edge {
+            fraction: shaft.crossing(crossed).unwrap_or(1.0),
+            level: self.level,
+        })
+    }
+
+    /// Finds the marks left and right of the reader and the range in which nothing changes.
+    fn find_steady_range(&mut self) {
+        while self.marks.leading_mm(self.passed + 1) <= self.position_mm {
+            self.passed += 1;
+        }
+        while self.passed > 0 && self.marks.leading_mm(self.passed) > self.position_mm {
+            self.passed -= 1;
+        }
+        let leading = self.marks.leading_mm(self.passed);
+        let trailing = leading + self.marks.width_mm();
+        let next = self.marks.leading_mm(self.passed + 1);
+        let angle = |mm: f64| ShaftAngle::new(0, mm / self.mm_per_increment);
+        let (range, covered) = if self.position_mm < leading {
+            // Only before mark 0, where nothing was printed.
+            ((ShaftAngle::new(i64::MIN, 0.0), angle(leading)), false)
+        } else if self.position_mm < trailing {
+            ((angle(leading), angle(trailing)), true)
+        } else {
+            ((angle(trailing), angle(next)), false)
+        };
+        self.level = covered && self.marks.is_seen(self.passed);
+        self.steady = range;
+    }
+}
+
+/// Where a finished feed leaves the mark behind the reader, mm (film-feed specification, section 6).
+pub const RESIDUAL_PATH_MM: f64 = 50.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT_S: f64 = 125e-6;
+
+    fn segment(film: &Film, from_mm: f64, to_mm: f64) -> ShaftSegment {
+        let angle = |mm: f64| ShaftAngle::new(0, mm / film.mm_per_increment);
+        let (start, end) = (angle(from_mm), angle(to_mm));
+        let omega = end.offset_from(start) / INC_PER_REV as f64 * 2.0 * PI / DT_S;
+        ShaftSegment {
+            start,
+            end,
+            omega_start: omega,
+            omega_end: omega,
+            dt_s: DT_S,
+        }
+    }
+
+    fn film() -> Film {
+        let marks = MarkConfig {
+            repeat_mm: 1200.0,
+            tolerance_mm: 0.0,
+            ..MarkConfig::default()
+        };
+        Film::new(
+            FilmConfig {
+                marks,
+                ..FilmConfig::default()
+            },
+            ShaftAngle::default(),
+        )
+    }
+
+    /// Moves in steps of 0.03 mm (240 mm/s) and lists the edges with their film positions.
+    fn edges(film: &mut Film, from_mm: f64, to_mm: f64) -> Vec<(f64, bool)> {
+        let steps = ((to_mm - from_mm) / 0.03).abs().ceil();
+        let step = (to_mm - from_mm) / steps;
+        (0..steps as u32)
+            .filter_map(|k| {
+                let start = from_mm + f64::from(k) * step;
+                let edge = film.follow(&segment(film, start, start + step))?;
+                Some((start + edge.fraction * step, edge.level))
+            })
+            .collect()
+    }
+
+    #[test]
+    fn one_millimetre_is_2561_847_increments() {
+        // Film-feed specification, section 5, with the unrounded constant of the roller: 65536 · 7 / (π · 57).
+        let per_mm = 1.0 / Roller::default().mm_per_increment();
+        assert!((per_mm - 2561.847_31).abs() < 1e-4, "{per_mm}");
+    }
+
+    #[test]
+    fn a_threaded_film_has_its_next_mark_1150_mm_ahead() {
+        // Film-feed specification, section 6: the film stands 50 mm behind a mark.
+        let mut film = film();
+        let edges = edges(&mut film, 0.0, 1200.0);
+        assert_eq!(edges.len(), 2);
+        assert!((edges[0].0 - 1150.0).abs() < 1e-6 && edges[0].1, "{edges:?}");
+        assert!((edges[1].0 - 1155.0).abs() < 1e-6 && !edges[1].1, "{edges:?}");
+        assert_eq!(film.last_mark_mm(), 1150.0);
+    }
+
+    #[test]
+    fn a_film_running_backwards_meets_the_edges_in_reverse() {
+        let mut film = film();
+        edges(&mut film, 0.0, 1152.0);
+        assert!(film.reader_level());
+        let back = edges(&mut film, 1152.0, 1140.0);
+        assert_eq!(back.len(), 1);
+        assert!((back[0].0 - 1150.0).abs() < 1e-6 && !back[0].1, "{back:?}");
+    }
+
+    #[test]
+    fn a_missing_mark_switches_nothing() {
+        let mut film = film();
+        film.rethread(MarkConfig {
+            missing: super::super::Missing::Numbers(vec![1]),
+            tolerance_mm: 0.0,
+            ..MarkConfig::default()
+        });
+        let edges = edges(&mut film, 0.0, 2400.0);
+        assert_eq!(edges.len(), 2);
+        assert!((edges[0].0 - 2350.0).abs() < 1e-6, "{edges:?}");
+    }
+}

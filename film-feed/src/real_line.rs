@@ -1,0 +1,182 @@
+//! The block and the master in real time, against whatever answers on a serial line.
+
+use std::path::PathBuf;
+use std::time::{Duration as StdDuration, Instant as StdInstant};
+
+use dp_master::address::Address;
+use dp_master::dp::{MasterEvent, SlaveState};
+use dp_master::driver::Driver;
+use dp_master::phy::{SerialLine, SerialOptions};
+use dp_master::time::{Baud, Duration};
+
+use crate::block::{FilmFeedBlock, Inputs, Outputs};
+use crate::bus_config;
+use crate::operator::{FeedPlan, Operator, OperatorEvent};
+use crate::parameter_watch::ParameterWatch;
+use crate::plc::{DpPeriphery, IMAGE};
+use crate::report::{BusReport, ErrorKnown, FeedMode, FeedReport, RunReport};
+
+/// Where the drive is.
+#[derive(Debug, Clone)]
+pub struct RealLine {
+    /// Serial device or pseudo-terminal.
+    pub path: PathBuf,
+    /// Baud rate.
+    pub baud: Baud,
+    /// DP address of the drive.
+    pub slave_address: u8,
+    /// Period of the PLC cycle, ns.
+    pub plc_cycle_ns: u64,
+}
+
+/// What an operating system and a USB adapter may add to an answer: a Linux tty wakes its reader within some
+/// milliseconds, an FTDI adapter keeps octets for up to 16 ms by default.
+const LATENCY: Duration = Duration::from_millis(50);
+
+/// Longest wait for DRIVE_RDY: nobody waits a minute at a machine.
+const START_UP_LIMIT_NS: u64 = 10_000_000_000;
+/// An exchange of the parameter channel that takes longer is reported.
+const PARAMETER_LIMIT_NS: u64 = 3_000_000_000;
+
+/// Runs `plan` in real time. `feed_done` is called after each feed.
+///
+/// A PLC cycle that comes too late is worked at once and the next one counts from there: none is made up for.
+///
+/// # Errors
+/// One sentence when the port cannot be opened or breaks.
+pub fn run(line: &RealLine, plan: FeedPlan, mut feed_done: impl FnMut()) -> Result<RunReport, String> {
+    let address = Address::new(line.slave_address).map_err(|error| error.to_string())?;
+    let (mut master, slave) =
+        bus_config::master(line.baud, address, Duration::ZERO, LATENCY).map_err(|error| error.to_string())?;
+    let port = SerialLine::open(&line.path, line.baud, SerialOptions::default()).map_err(|error| error.to_string())?;
+    let mut driver = Driver::new(port);
+
+    let plan = FeedPlan {
+        start_up_limit_ns: START_UP_LIMIT_NS,
+        ..plan
+    };
+    let length_mm = f64::from(plan.length_tenth_mm) / 10.0;
+    let mut operator = Operator::new(plan, 0);
+    let mut watch = ParameterWatch::new(PARAMETER_LIMIT_NS, 0);
+    let mut block = FilmFeedBlock::new();
+    let mut inputs = Inputs {
+        pzd_adr: PZD_ADDRESS,
+        ..Inputs::default()
+    };
+    let mut outputs = [0; IMAGE];
+    let mut feeds: Vec<FeedReport> = Vec::new();
+    let mut aborted = None;
+    let mut last_trouble = None;
+
+    let started = StdInstant::now();
+    let cycle = StdDuration::from_nanos(line.plc_cycle_ns);
+    let mut due = started + cycle;
+    loop {
+        while let Some(wait) = due
+            .checked_duration_since(StdInstant::now())
+            .filter(|wait| !wait.is_zero())
+        {
+            driver.step(&mut master, wait).map_err(|error| error.to_string())?;
+        }
+        due = (due + cycle).max(StdInstant::now());
+        let now_ns = started.elapsed().as_nanos() as u64;
+
+        while let Some(event) = master.poll_event() {
+            last_trouble = describe(&event).or(last_trouble);
+        }
+        let told = operator.scan(now_ns, block.outputs(), watch.rounds(), &mut inputs);
+        match told {
+            Some(OperatorEvent::FeedOver { mode, job_ns }) => {
+                feeds.push(seen_from_the_bus(
+                    feeds.len() + 1,
+                    mode,
+                    length_mm,
+                    block.outputs(),
+                    job_ns,
+                ));
+                feed_done();
+            }
+            Some(OperatorEvent::Finished) => break,
+            Some(OperatorEvent::Aborted(reason)) => {
+                aborted = Some(match last_trouble.take() {
+                    Some(trouble) if master.state(slave) != SlaveState::DataExchange => format!("{reason}; {trouble}"),
+                    _ => reason,
+                });
+                break;
+            }
+            Some(OperatorEvent::SeriesReady(_) | OperatorEvent::FeedStarted(_)) | None => {}
+        }
+
+        let exchanging = master.state(slave) == SlaveState::DataExchange;
+        let mut periphery = DpPeriphery {
+            module_address: PZD_ADDRESS,
+            inputs: if exchanging {
+                master.inputs(slave).try_into().ok()
+            } else {
+                None
+            },
+            outputs: &mut outputs,
+        };
+        block.cycle(&mut inputs, &mut periphery);
+        master.set_outputs(slave, &outputs).map_err(|error| error.to_string())?;
+        watch.observe(now_ns, &block, inputs.error_reset);
+    }
+
+    let statistics = master.statistics();
+    let simulated_s = started.elapsed().as_secs_f64();
+    let ok = aborted.is_none() && feeds.iter().all(|feed| feed.landed(ErrorKnown::WhereTheBusTells));
+    Ok(RunReport {
+        feeds,
+        bus: BusReport::new(line.baud, &statistics, 0),
+        parameters: watch.troubles().to_vec(),
+        warnings: Vec::new(),
+        aborted,
+        simulated_s,
+        wall_s: 0.0,
+        speedup: 0.0,
+        ok,
+    })
+}
+
+/// Peripheral address of the process data (thesis ch. 9).
+const PZD_ADDRESS: u16 = 0x0118;
+
+/// What POS_ACT tells: record 01 sets the reference at the start, so it counts from there.
+fn seen_from_the_bus(n: usize, mode: FeedMode, length_mm: f64, outputs: &Outputs, job_ns: Option<u64>) -> FeedReport {
+    let pos_act_mm = Some(f64::from(outputs.position_mm)).filter(|mm| mm.is_finite());
+    let commanded_mm = (mode == FeedMode::Length).then_some(length_mm);
+    FeedReport {
+        n,
+        mode,
+        commanded_mm,
+        film_mm: pos_act_mm,
+        error_mm: pos_act_mm.zip(commanded_mm).map(|(moved, commanded)| moved - commanded),
+        pos_act_mm,
+        set_point_s: None,
+        in_position_s: None,
+        job_s: job_ns.map(|ns| ns as f64 / 1e9),
+        finished: job_ns.is_some(),
+        peak_rpm: None,
+        peak_torque_nm: None,
+        rms_current_a: None,
+        max_following_error_mm: None,
+        reversed: false,
+    }
+}
+
+/// Why a slave is not in data exchange, in one sentence.
+fn describe(event: &MasterEvent) -> Option<String> {
+    match event {
+        MasterEvent::ForeignMaster { address } => Some(format!("another master (address {address}) is on the line")),
+        MasterEvent::ParametersRefused { diagnosis, .. } => Some(format!(
+            "the slave refused its parameters; its ident number is 0x{:04X}",
+            diagnosis.ident
+        )),
+        MasterEvent::ConfigurationRefused { .. } => {
+            Some("the slave refused the configuration F3 F3 (PAR + 4 words PZD)".to_string())
+        }
+        MasterEvent::OwnedByOther { .. } => Some("the slave belongs to another master".to_string()),
+        MasterEvent::SlaveLost { .. } => Some("the slave stopped answering".to_string()),
+        _ => None,
+    }
+}

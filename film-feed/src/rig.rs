@@ -1,0 +1,376 @@
+//! The whole chain in virtual time: block, master, line, bus module, drive, film.
+//!
+//! The rig asks every part for its next wake-up and jumps there. At one instant the order is fixed: line and stations,
+//! then the drive's tick with the film, then the PLC cycle.
+
+use dp_master::address::{Address, AddressError};
+use dp_master::dp::{AddSlaveError, CfgError, DpMaster, MasterError, SlaveIndex, SlaveState, WatchdogError};
+use dp_master::phy::{Disturbance, DisturbanceError, PortId, VirtualBus, pump};
+use dp_master::station::Station;
+use dp_master::time::{Baud, Duration, Instant};
+use lenze9300_model::bus::dp::{Emf2133, Emf2133Config, ModuleError};
+use lenze9300_model::device::{Drive, DriveConfig};
+use lenze9300_model::plant::ShaftAngle;
+use lenze9300_model::{TICK_NS, TICKS_PER_MS};
+use thiserror::Error;
+
+use crate::block::{FilmFeedBlock, Inputs, Outputs};
+use crate::bus_config;
+use crate::machine::{Film, FilmConfig, MarkConfig};
+use crate::parameter_watch::ParameterWatch;
+use crate::plc::{DpPeriphery, IMAGE};
+
+/// What the chain is made of.
+#[derive(Debug, Clone)]
+pub struct RigConfig {
+    /// Baud rate of the line.
+    pub baud: Baud,
+    /// Period of the PLC cycle, ns. Assumed 5 ms: a CPU 314C with this block alone.
+    pub plc_cycle_ns: u64,
+    /// Shortest DP cycle, ns; 0 polls as fast as the bus parameters and the slave's minimum interval allow.
+    ///
+    /// 0.5 ms by default: the drive takes process data over once a millisecond, and at 12 Mbit/s a longer silence
+    /// would look like a lost token to another master (Tto = 0.83 ms for address 2).
+    pub dp_cycle_ns: u64,
+    /// Probability that a bit on the line is wrong.
+    pub bit_error_rate: f64,
+    /// Seed of bit errors and processing times.
+    pub seed: u64,
+    /// DP address of the drive.
+    pub slave_address: u8,
+    /// Peripheral address of the process data in the PLC (thesis ch. 9: 0x0118).
+    pub pzd_address: u16,
+    /// The drive.
+    pub drive: DriveConfig,
+    /// The bus module.
+    pub module: Emf2133Config,
+    /// The machine.
+    pub film: FilmConfig,
+}
+
+impl Default for RigConfig {
+    fn default() -> Self {
+        RigConfig {
+            baud: Baud::B12000000,
+            plc_cycle_ns: 5_000_000,
+            dp_cycle_ns: 500_000,
+            bit_error_rate: 0.0,
+            seed: 1,
+            slave_address: 3,
+            pzd_address: 0x0118,
+            drive: DriveConfig::default(),
+            module: Emf2133Config::default(),
+            film: FilmConfig::default(),
+        }
+    }
+}
+
+/// The chain. Call [`cycle`](Self::cycle) for one PLC cycle after the other; between the calls every part is open to
+/// be looked at and disturbed.
+#[derive(Debug)]
+pub struct Rig {
+    now: Instant,
+    line: VirtualBus,
+    master_port: PortId,
+    module_port: PortId,
+    master: DpMaster<1>,
+    slave: SlaveIndex,
+    module: Emf2133,
+    drive: Drive,
+    film: Film,
+    block: FilmFeedBlock,
+    inputs: Inputs,
+    pzd_address: u16,
+    /// What the block wrote last: the slave's outputs.
+    outputs: [u8; IMAGE],
+    watch: ParameterWatch,
+    plc_cycle: Duration,
+    next_plc: Instant,
+    next_tick: Instant,
+    ticks: u64,
+}
+
+/// One tick of the drive, as an observer sees it.
+#[derive(Debug)]
+pub struct TickView<'a> {
+    /// End of the tick, ns since power-up.
+    pub now_ns: u64,
+    /// Whether it was the last tick before the next 1 ms task.
+    pub ends_millisecond: bool,
+    /// The drive after the tick.
+    pub drive: &'a mut Drive,
+    /// The film after the tick.
+    pub film: &'a mut Film,
+    /// The bus module.
+    pub module: &'a Emf2133,
+}
+
+/// Looks at every tick of the drive.
+pub trait TickObserver {
+    /// Called after a tick and after the film has followed it.
+    fn tick(&mut self, view: &mut TickView<'_>);
+}
+
+/// Nobody looks.
+impl TickObserver for () {
+    fn tick(&mut self, _: &mut TickView<'_>) {}
+}
+
+impl<F: FnMut(&mut TickView<'_>)> TickObserver for F {
+    fn tick(&mut self, view: &mut TickView<'_>) {
+        self(view);
+    }
+}
+
+impl Rig {
+    /// The chain at power-up: mains on, terminal 28 high, the film threaded, the block's inputs all 0 but the address.
+    ///
+    /// # Errors
+    /// When the bus parameters, the bit error rate or the addresses are impossible.
+    pub fn new(config: &RigConfig) -> Result<Self, RigError> {
+        let mut line = VirtualBus::new(config.baud);
+        if config.bit_error_rate > 0.0 {
+            line.set_disturbance(Some(Disturbance::new(config.seed, config.bit_error_rate)?));
+        }
+        let slave_address = Address::new(config.slave_address)?;
+        let (master, slave) = bus_config::master(
+            config.baud,
+            slave_address,
+            Duration::from_nanos(config.dp_cycle_ns),
+            Duration::ZERO,
+        )?;
+        let module = Emf2133::new(
+            Emf2133Config {
+                address: config.slave_address,
+                seed: config.seed,
+                ..config.module.clone()
+            },
+            config.baud,
+        )?;
+        let drive = Drive::new(config.drive.clone());
+        let master_port = line.attach();
+        let module_port = line.attach();
+        let film = Film::new(config.film.clone(), ShaftAngle::default());
+        let now = Instant::ZERO;
+        Ok(Rig {
+            now,
+            line,
+            master_port,
+            module_port,
+            master,
+            slave,
+            module,
+            drive,
+            film,
+            block: FilmFeedBlock::new(),
+            inputs: Inputs {
+                pzd_adr: config.pzd_address,
+                ..Inputs::default()
+            },
+            pzd_address: config.pzd_address,
+            outputs: [0; IMAGE],
+            watch: ParameterWatch::new(PARAMETER_LIMIT_NS, 0),
+            plc_cycle: Duration::from_nanos(config.plc_cycle_ns),
+            next_plc: now + Duration::from_nanos(config.plc_cycle_ns),
+            next_tick: now + Duration::from_nanos(TICK_NS),
+            ticks: 0,
+        })
+    }
+
+    /// Time since power-up, ns.
+    pub fn now_ns(&self) -> u64 {
+        self.now.as_nanos()
+    }
+
+    /// Runs line, drive and film up to the next PLC cycle, which [`plc_cycle`](Self::plc_cycle) then works.
+    pub fn advance_to_plc_cycle(&mut self, observer: &mut impl TickObserver) {
+        while self.next_tick <= self.next_plc {
+            self.pump_line(self.next_tick);
+            self.drive_tick(observer);
+            self.next_tick += Duration::from_nanos(TICK_NS);
+        }
+        self.pump_line(self.next_plc);
+    }
+
+    /// Works the PLC cycle that is due: periphery in, block, periphery out.
+    pub fn plc_cycle(&mut self) {
+        let exchanging = self.slave_state() == SlaveState::DataExchange;
+        let mut periphery = DpPeriphery {
+            module_address: self.pzd_address,
+            inputs: if exchanging {
+                self.master.inputs(self.slave).try_into().ok()
+            } else {
+                None
+            },
+            outputs: &mut self.outputs,
+        };
+        self.block.cycle(&mut self.inputs, &mut periphery);
+        self.master.outputs_mut(self.slave).copy_from_slice(&self.outputs);
+        self.watch
+            .observe(self.now.as_nanos(), &self.block, self.inputs.error_reset);
+        self.next_plc += self.plc_cycle;
+    }
+
+    /// One PLC cycle with everything that happens up to it.
+    pub fn cycle(&mut self, observer: &mut impl TickObserver) {
+        self.advance_to_plc_cycle(observer);
+        self.plc_cycle();
+    }
+
+    /// Runs PLC cycles until `until` says so, for at most `limit_ns`; tells whether it did.
+    pub fn run_until(&mut self, limit_ns: u64, mut until: impl FnMut(&Rig) -> bool) -> bool {
+        let end = self.now_ns() + limit_ns;
+        while self.now_ns() < end {
+            self.cycle(&mut ());
+            if until(self) {
+                return true;
+            }
+        }
+        false
+    }
+
+    fn pump_line(&mut self, now: Instant) {
+        let mut stations: [(PortId, &mut dyn Station); 2] = [
+            (self.master_port, &mut self.master),
+            (self.module_port, &mut self.module),
+        ];
+        pump(&mut self.line, now, &mut stations);
+        self.now = now;
+    }
+
+    fn drive_tick(&mut self, observer: &mut impl TickObserver) {
+        if self.ticks % TICKS_PER_MS == 0 {
+            self.module.cycle_1ms(&mut self.drive);
+        }
+        self.ticks += 1;
+        let shaft = self.drive.tick();
+        if let Some(edge) = self.film.follow(&shaft) {
+            self.drive.edge_e1(&shaft, edge.fraction, edge.level);
+        }
+        observer.tick(&mut TickView {
+            now_ns: self.now.as_nanos(),
+            ends_millisecond: self.ticks % TICKS_PER_MS == 0,
+            drive: &mut self.drive,
+            film: &mut self.film,
+            module: &self.module,
+        });
+    }
+
+    /// The block's inputs, to be set before the next PLC cycle.
+    pub fn inputs_mut(&mut self) -> &mut Inputs {
+        &mut self.inputs
+    }
+
+    /// The block's outputs after the last PLC cycle.
+    pub fn outputs(&self) -> &Outputs {
+        self.block.outputs()
+    }
+
+    /// The block.
+    pub fn block(&self) -> &FilmFeedBlock {
+        &self.block
+    }
+
+    /// What the parameter channel did.
+    pub fn parameter_watch(&self) -> &ParameterWatch {
+        &self.watch
+    }
+
+    /// The drive.
+    pub fn drive(&self) -> &Drive {
+        &self.drive
+    }
+
+    /// The drive, to work its terminals, its mains, its load.
+    pub fn drive_mut(&mut self) -> &mut Drive {
+        &mut self.drive
+    }
+
+    /// The bus module.
+    pub fn module(&self) -> &Emf2133 {
+        &self.module
+    }
+
+    /// The film.
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// Threads the film anew: mark 0 lies 50 mm behind the reader.
+    pub fn rethread_film(&mut self, marks: MarkConfig) {
+        self.film.rethread(marks);
+    }
+
+    /// The line, to disturb it and to ask for violations of its rules.
+    pub fn line_mut(&mut self) -> &mut VirtualBus {
+        &mut self.line
+    }
+
+    /// The line.
+    pub fn line(&self) -> &VirtualBus {
+        &self.line
+    }
+
+    /// The master.
+    pub fn master(&self) -> &DpMaster<1> {
+        &self.master
+    }
+
+    /// Where the drive's slave stands, seen from the master.
+    pub fn slave_state(&self) -> SlaveState {
+        self.master.state(self.slave)
+    }
+
+    /// Extended diagnosis of the drive's slave as the master read it last.
+    pub fn extended_diagnosis(&self) -> Option<&[u8]> {
+        self.master
+            .diagnosis(self.slave)
+            .map(|diagnosis| diagnosis.extended.as_slice())
+    }
+
+    /// Pulls the module off the line.
+    pub fn disconnect_module(&mut self) {
+        self.line.disconnect(self.module_port);
+    }
+
+    /// Plugs the module in again.
+    pub fn reconnect_module(&mut self) {
+        self.line.reconnect(self.module_port);
+    }
+
+    /// The master, to change its mode.
+    pub fn master_mut(&mut self) -> &mut DpMaster<1> {
+        &mut self.master
+    }
+}
+
+/// Why there is no such chain.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RigError {
+    /// An address is none.
+    #[error(transparent)]
+    Address(#[from] AddressError),
+    /// The bus parameters are impossible.
+    #[error(transparent)]
+    Master(#[from] MasterError),
+    /// The slave cannot be added.
+    #[error(transparent)]
+    Slave(#[from] AddSlaveError),
+    /// The configuration of the slave is none.
+    #[error(transparent)]
+    Configuration(#[from] CfgError),
+    /// The watchdog time is out of range.
+    #[error(transparent)]
+    Watchdog(#[from] WatchdogError),
+    /// The bus module is impossible.
+    #[error(transparent)]
+    Module(#[from] ModuleError),
+    /// The bit error rate is none.
+    #[error(transparent)]
+    Disturbance(#[from] DisturbanceError),
+}
+
+/// An exchange of the parameter channel that takes longer is reported as unanswered: the module takes 30 to 50 ms
+/// (9300 fact sheet, section 1.6), the slowest baud rate adds four DP cycles of 0.1 s.
+const PARAMETER_LIMIT_NS: u64 = 1_000_000_000;
