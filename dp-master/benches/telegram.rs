@@ -12,8 +12,7 @@ use dp_master::phy::{Disturbance, PortId, VirtualBus, pump};
 use dp_master::station::{LineError, MAX_TELEGRAM, Station};
 use dp_master::time::{Baud, BitTimes, Instant};
 use dp_master::wire::{
-    Decoder, Fcb, FunctionCode, Header, RequestFunction, ResponseFunction, StationType, Telegram,
-    decode_one,
+    Decoder, Fcb, FunctionCode, Header, RequestFunction, ResponseFunction, StationType, Telegram, decode_one,
 };
 
 const DATA: [u8; 16] = [0x5A; 16];
@@ -21,11 +20,7 @@ const DATA: [u8; 16] = [0x5A; 16];
 fn request() -> Telegram<'static> {
     let (da, sa) = (Address::MAX_STATION, Address::MAX_STATION);
     Telegram::Data {
-        header: Header::new(
-            da,
-            sa,
-            FunctionCode::request(Fcb::High, RequestFunction::SrdHigh),
-        ),
+        header: Header::new(da, sa, FunctionCode::request(Fcb::High, RequestFunction::SrdHigh)),
         data: &DATA,
     }
 }
@@ -142,8 +137,7 @@ fn exchange(c: &mut Criterion) {
         let ports = [bus.attach(), bus.attach()];
         let mut master = Trivial::new(&request(), 33, Some(Instant::ZERO));
         let mut slave = Trivial::new(&response(), 11, None);
-        let mut stations: [(PortId, &mut dyn Station); 2] =
-            [(ports[0], &mut master), (ports[1], &mut slave)];
+        let mut stations: [(PortId, &mut dyn Station); 2] = [(ports[0], &mut master), (ports[1], &mut slave)];
         let mut now = Instant::ZERO;
         group.bench_function(name, |b| {
             b.iter(|| {
@@ -153,11 +147,7 @@ fn exchange(c: &mut Criterion) {
                 }
             });
         });
-        assert!(
-            bus.violations().is_empty(),
-            "{:?}",
-            bus.violations().first()
-        );
+        assert!(bus.violations().is_empty(), "{:?}", bus.violations().first());
     }
     group.finish();
 }

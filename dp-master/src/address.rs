@@ -116,14 +116,8 @@ mod tests {
     fn a_station_has_an_address_from_0_to_126() {
         assert_eq!(Address::new(0).map(u8::from), Ok(0));
         assert_eq!(Address::new(126), Ok(Address::MAX_STATION));
-        assert_eq!(
-            Address::new(127),
-            Err(AddressError::OutOfRange { got: 127 })
-        );
-        assert_eq!(
-            Address::new(255),
-            Err(AddressError::OutOfRange { got: 255 })
-        );
+        assert_eq!(Address::new(127), Err(AddressError::OutOfRange { got: 127 }));
+        assert_eq!(Address::new(255), Err(AddressError::OutOfRange { got: 255 }));
     }
 
     #[test]
@@ -137,10 +131,7 @@ mod tests {
     #[test]
     fn text_is_read_with_the_same_limits() {
         assert_eq!("3".parse::<Address>(), Address::new(3));
-        assert_eq!(
-            "127".parse::<Address>(),
-            Err(AddressError::OutOfRange { got: 127 })
-        );
+        assert_eq!("127".parse::<Address>(), Err(AddressError::OutOfRange { got: 127 }));
         assert_eq!("-1".parse::<Address>(), Err(AddressError::NotANumber));
         assert_eq!("300".parse::<Address>(), Err(AddressError::NotANumber));
     }

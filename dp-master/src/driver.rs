@@ -102,11 +102,7 @@ impl<P: Port> Driver<P> {
     ///
     /// [`PortError`]; after [`PortErrorKind::Unplugged`](crate::phy::PortErrorKind::Unplugged) the driver is of no further use. The station
     /// is untouched by that and can go on with a new one.
-    pub fn step(
-        &mut self,
-        station: &mut dyn Station,
-        max_wait: StdDuration,
-    ) -> Result<Activity, PortError> {
+    pub fn step(&mut self, station: &mut dyn Station, max_wait: StdDuration) -> Result<Activity, PortError> {
         let mut activity = Activity {
             received: 0,
             sent: self.send(station)?,
@@ -118,9 +114,7 @@ impl<P: Port> Driver<P> {
             .into_iter()
             .chain(station.poll_timeout())
             .min()
-            .map_or(max_wait, |deadline| {
-                StdDuration::from(deadline - now).min(max_wait)
-            });
+            .map_or(max_wait, |deadline| StdDuration::from(deadline - now).min(max_wait));
         activity.received = self.port.receive(&mut self.received, wait)?;
 
         let now = self.now();
@@ -139,10 +133,7 @@ impl<P: Port> Driver<P> {
             station.handle_octets(now, octets);
             activity.sent += self.send(station)?;
         }
-        if station
-            .poll_timeout()
-            .is_some_and(|deadline| deadline <= now)
-        {
+        if station.poll_timeout().is_some_and(|deadline| deadline <= now) {
             station.handle_timeout(now);
             activity.sent += self.send(station)?;
         }

@@ -70,12 +70,7 @@ impl Sub for Instant {
 impl fmt::Display for Instant {
     /// Seconds with nine digits.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}.{:09} s",
-            self.0 / 1_000_000_000,
-            self.0 % 1_000_000_000
-        )
+        write!(f, "{}.{:09} s", self.0 / 1_000_000_000, self.0 % 1_000_000_000)
     }
 }
 
@@ -314,21 +309,7 @@ mod tests {
     #[test]
     fn bit_times_round_up_at_every_baud_rate() {
         for baud in Baud::ALL {
-            for bits in [
-                0_u32,
-                1,
-                2,
-                3,
-                7,
-                11,
-                33,
-                100,
-                275,
-                2_805,
-                65_535,
-                16_777_215,
-                u32::MAX,
-            ] {
+            for bits in [0_u32, 1, 2, 3, 7, 11, 33, 100, 275, 2_805, 65_535, 16_777_215, u32::MAX] {
                 // tBIT = 1 / baud (film-feed specification, section 2).
                 let exact = u128::from(bits) * 1_000_000_000;
                 let rate = u128::from(baud.bits_per_second());
@@ -364,10 +345,7 @@ mod tests {
     #[test]
     fn only_the_ten_rates_of_dp_are_baud_rates() {
         for baud in Baud::ALL {
-            assert_eq!(
-                Baud::from_bits_per_second(baud.bits_per_second()),
-                Some(baud)
-            );
+            assert_eq!(Baud::from_bits_per_second(baud.bits_per_second()), Some(baud));
         }
         assert_eq!(Baud::from_bits_per_second(115_200), None);
         assert_eq!(Baud::from_bits_per_second(0), None);
@@ -377,9 +355,6 @@ mod tests {
     fn instants_saturate_instead_of_wrapping() {
         assert_eq!(Instant::ZERO - Instant::from_nanos(5), Duration::ZERO);
         assert_eq!(Instant::MAX + Duration::from_nanos(1), Instant::MAX);
-        assert_eq!(
-            Instant::from_nanos(7) - Instant::from_nanos(5),
-            Duration::from_nanos(2)
-        );
+        assert_eq!(Instant::from_nanos(7) - Instant::from_nanos(5), Duration::from_nanos(2));
     }
 }

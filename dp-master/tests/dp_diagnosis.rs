@@ -33,10 +33,7 @@ fn a_trip_is_announced_read_once_and_the_exchange_goes_on() {
     assert!(diagnosis.status.contains(StationStatus::EXT_DIAG));
     assert_eq!(diagnosis.master, 2);
     let read = line.master.diagnosis(slave).unwrap();
-    assert_eq!(
-        read.blocks().collect::<Vec<_>>(),
-        [Block::Device(&[0x32, 0x10])]
-    );
+    assert_eq!(read.blocks().collect::<Vec<_>>(), [Block::Device(&[0x32, 0x10])]);
     let log = &line.tap.log[heard..];
     // Data_Exchange replies: one with FC 0A, all others 08.
     let count = |start: &str| log.iter().filter(|line| line.starts_with(start)).count();
@@ -61,9 +58,7 @@ fn a_fault_that_goes_is_announced_too() {
         .master_events()
         .iter()
         .filter_map(|event| match event {
-            MasterEvent::Diagnosis { diagnosis, .. } => {
-                Some(diagnosis.status.contains(StationStatus::EXT_DIAG))
-            }
+            MasterEvent::Diagnosis { diagnosis, .. } => Some(diagnosis.status.contains(StationStatus::EXT_DIAG)),
             _ => None,
         })
         .collect();
@@ -100,10 +95,7 @@ fn a_slave_without_inputs_announces_with_an_empty_reply() {
     // SD1 DA 02 SA 03 FC 0A FCS 0F ED
     assert!(line.tap.log[heard..].contains(&"10 02 03 0A 0F 16".to_owned()));
     // Otherwise it acknowledges with E5.
-    assert_eq!(
-        line.tap.log[heard..].iter().filter(|t| *t == "E5").count(),
-        2
-    );
+    assert_eq!(line.tap.log[heard..].iter().filter(|t| *t == "E5").count(), 2);
     line.assert_no_violations();
 }
 

@@ -38,9 +38,7 @@ fn data_exchanges(line: &Line, from: usize) -> Vec<&str> {
 fn a_lost_request_is_repeated_with_the_same_frame_count_bit() {
     let mut line = exchanging(Baud::B1500000);
     let next = line.bus.bursts();
-    line.bus.script(Script::Drop {
-        burst: next + REQUEST,
-    });
+    line.bus.script(Script::Drop { burst: next + REQUEST });
     let heard = line.tap.log.len();
     let before = line.master.statistics();
     let exchanges = line.slaves[0].statistics().exchanges;
@@ -62,9 +60,7 @@ fn a_lost_request_is_repeated_with_the_same_frame_count_bit() {
 fn after_a_lost_reply_the_outputs_are_applied_once() {
     let mut line = exchanging(Baud::B1500000);
     let next = line.bus.bursts();
-    line.bus.script(Script::Drop {
-        burst: next + REPLY,
-    });
+    line.bus.script(Script::Drop { burst: next + REPLY });
     let heard = line.tap.log.len();
     let retries = line.master.statistics().retries;
     let before = line.slaves[0].statistics();
@@ -83,9 +79,7 @@ fn after_a_lost_reply_the_outputs_are_applied_once() {
 fn a_repetition_follows_the_slot_time() {
     let mut line = exchanging(Baud::B1500000);
     let next = line.bus.bursts();
-    line.bus.script(Script::Drop {
-        burst: next + REPLY,
-    });
+    line.bus.script(Script::Drop { burst: next + REPLY });
     let heard = line.tap.log.len();
     line.run_until(|line| line.master.exchanges(line.indices[0]) == 6);
     let times = &line.tap.times[heard..];
@@ -216,10 +210,8 @@ fn a_silent_slave_does_not_stop_the_others() {
 #[test]
 fn without_latency_allowance_the_token_is_not_missed_in_a_long_pause() {
     // min_cycle 5 ms at 1.5 Mbit/s: 6·Tsl is 1.2 ms, so station 0 must hear something in between.
-    let mut config = dp_master::dp::MasterConfig::new(
-        common::MASTER,
-        dp_master::fdl::BusParams::standard(Baud::B1500000),
-    );
+    let mut config =
+        dp_master::dp::MasterConfig::new(common::MASTER, dp_master::fdl::BusParams::standard(Baud::B1500000));
     config.min_cycle = Duration::from_millis(5);
     let mut line = Line::with_config(config, &[one_block(SLAVE)]);
     line.add_slave(slave_identity(Baud::B1500000));

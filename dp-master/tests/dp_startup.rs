@@ -3,9 +3,7 @@
 mod common;
 
 use common::{Line, MASTER, SLAVE, slave_identity};
-use dp_master::dp::{
-    LeaveReason, MasterEvent, Mode, SlaveConfig, SlaveEvent, SlavePhase, SlaveState, Watchdog,
-};
+use dp_master::dp::{LeaveReason, MasterEvent, Mode, SlaveConfig, SlaveEvent, SlavePhase, SlaveState, Watchdog};
 use dp_master::time::{Baud, Duration};
 
 /// Set_Prm for address 3, ident 0x00DA, watchdog 50 ms; then one exchange of eight octets each way.
@@ -158,12 +156,9 @@ fn stop_leaves_the_slaves_alone_and_operate_starts_them_again() {
     line.slave_events(slave);
     line.master.set_mode(Mode::Stop);
     line.run_for(Duration::from_millis(60));
-    assert!(
-        line.slave_events(slave)
-            .contains(&SlaveEvent::LeftDataExchange {
-                reason: LeaveReason::Watchdog
-            })
-    );
+    assert!(line.slave_events(slave).contains(&SlaveEvent::LeftDataExchange {
+        reason: LeaveReason::Watchdog
+    }));
     line.master.set_mode(Mode::Operate);
     line.run_for(Duration::from_millis(5));
     assert_eq!(line.master.state(line.indices[0]), SlaveState::DataExchange);

@@ -3,9 +3,7 @@
 mod common;
 
 use common::{Line, SLAVE, slave_identity};
-use dp_master::dp::{
-    LeaveReason, Mode, OutputsOnLeave, SlaveConfig, SlaveEvent, SlavePhase, SlaveState, Watchdog,
-};
+use dp_master::dp::{LeaveReason, Mode, OutputsOnLeave, SlaveConfig, SlaveEvent, SlavePhase, SlaveState, Watchdog};
 use dp_master::time::{Baud, Duration};
 
 fn guarded() -> SlaveConfig {

@@ -12,14 +12,10 @@ use std::time::{Duration as StdDuration, Instant as StdInstant};
 
 use dp_master::address::Address;
 use dp_master::driver::Driver;
-use dp_master::phy::{
-    Echo, Port, PortError, PortErrorKind, PseudoTerminal, SerialLine, SerialOptions,
-};
+use dp_master::phy::{Echo, Port, PortError, PortErrorKind, PseudoTerminal, SerialLine, SerialOptions};
 use dp_master::station::{LineError, MAX_TELEGRAM, Station};
 use dp_master::time::{Baud, BitTimes, Duration, Instant};
-use dp_master::wire::{
-    Decoded, Decoder, Fcb, FunctionCode, RequestFunction, ResponseFunction, StationType, Telegram,
-};
+use dp_master::wire::{Decoded, Decoder, Fcb, FunctionCode, RequestFunction, ResponseFunction, StationType, Telegram};
 
 const BAUD: Baud = Baud::B187500;
 const PATIENCE: StdDuration = StdDuration::from_secs(20);
@@ -129,9 +125,7 @@ impl Drop for Scratch {
 fn read_exactly(port: &mut dyn Port, wanted: usize) -> Vec<u8> {
     let (mut all, mut buf, begin) = (Vec::new(), [0; 64], StdInstant::now());
     while all.len() < wanted && begin.elapsed() < PATIENCE {
-        let received = port
-            .receive(&mut buf, StdDuration::from_millis(100))
-            .unwrap();
+        let received = port.receive(&mut buf, StdDuration::from_millis(100)).unwrap();
         all.extend_from_slice(&buf[..received]);
     }
     all
@@ -143,13 +137,10 @@ fn two_stations_exchange_telegrams_over_a_pseudo_terminal_in_two_threads() {
     let done = AtomicBool::new(false);
     let (master, slave) = thread::scope(|scope| {
         let slave = scope.spawn(|| {
-            let mut driver =
-                Driver::new(SerialLine::open(&far_path, BAUD, SerialOptions::default()).unwrap());
+            let mut driver = Driver::new(SerialLine::open(&far_path, BAUD, SerialOptions::default()).unwrap());
             let mut slave = Simple::new(Role::Answers);
             while !done.load(Ordering::Relaxed) {
-                driver
-                    .step(&mut slave, StdDuration::from_millis(10))
-                    .unwrap();
+                driver.step(&mut slave, StdDuration::from_millis(10)).unwrap();
             }
             slave
         });
@@ -157,9 +148,7 @@ fn two_stations_exchange_telegrams_over_a_pseudo_terminal_in_two_threads() {
         let mut master = Simple::new(Role::Asks);
         let begin = StdInstant::now();
         while master.telegrams < 50 && begin.elapsed() < PATIENCE {
-            driver
-                .step(&mut master, StdDuration::from_millis(10))
-                .unwrap();
+            driver.step(&mut master, StdDuration::from_millis(10)).unwrap();
         }
         done.store(true, Ordering::Relaxed);
         (master, slave.join().unwrap())
@@ -186,9 +175,7 @@ fn a_step_sleeps_until_the_deadline_and_does_not_spin() {
     let begin = StdInstant::now();
     let mut steps = 0;
     while begin.elapsed() < StdDuration::from_millis(200) {
-        driver
-            .step(&mut station, StdDuration::from_millis(50))
-            .unwrap();
+        driver.step(&mut station, StdDuration::from_millis(50)).unwrap();
         steps += 1;
     }
     // A request every 20 ms: one step for each timeout and one for each end of transmission.
@@ -202,9 +189,7 @@ fn a_step_without_anything_to_do_returns_after_max_wait() {
     let mut driver = Driver::new(near);
     let mut station = Simple::new(Role::Answers);
     let begin = StdInstant::now();
-    let activity = driver
-        .step(&mut station, StdDuration::from_millis(30))
-        .unwrap();
+    let activity = driver.step(&mut station, StdDuration::from_millis(30)).unwrap();
     assert!(begin.elapsed() >= StdDuration::from_millis(29));
     assert_eq!((activity.received, activity.sent, station.calls), (0, 0, 0));
 }
@@ -212,21 +197,13 @@ fn a_step_without_anything_to_do_returns_after_max_wait() {
 #[test]
 fn a_pulled_adapter_is_an_error_of_the_step() {
     let (near, far_path) = PseudoTerminal::open(BAUD).unwrap();
-    let mut driver =
-        Driver::new(SerialLine::open(&far_path, BAUD, SerialOptions::default()).unwrap());
+    let mut driver = Driver::new(SerialLine::open(&far_path, BAUD, SerialOptions::default()).unwrap());
     let mut station = Simple::new(Role::Answers);
-    driver
-        .step(&mut station, StdDuration::from_millis(1))
-        .unwrap();
+    driver.step(&mut station, StdDuration::from_millis(1)).unwrap();
     drop(near);
-    let error = driver
-        .step(&mut station, StdDuration::from_millis(100))
-        .unwrap_err();
+    let error = driver.step(&mut station, StdDuration::from_millis(100)).unwrap_err();
     assert_eq!(error.kind(), PortErrorKind::Unplugged);
-    assert_eq!(
-        error.to_string(),
-        format!("port {} is gone", far_path.display())
-    );
+    assert_eq!(error.to_string(), format!("port {} is gone", far_path.display()));
 }
 
 #[test]
@@ -241,11 +218,7 @@ fn a_peer_may_leave_and_come_back_without_an_error_at_our_end() {
         near.send(&octets).unwrap();
         assert_eq!(read_exactly(&mut peer, 256), octets);
         drop(peer);
-        assert_eq!(
-            near.receive(&mut [0; 8], StdDuration::from_millis(5))
-                .unwrap(),
-            0
-        );
+        assert_eq!(near.receive(&mut [0; 8], StdDuration::from_millis(5)).unwrap(), 0);
     }
 }
 
@@ -272,11 +245,7 @@ fn an_adapter_that_hears_itself_gives_only_what_others_sent() {
     line.send(&[0xDC, 0x02, 0x02]).unwrap();
     assert_eq!(read_exactly(&mut near, 3), [0xDC, 0x02, 0x02]);
     near.send(&[0xDC, 0x02]).unwrap();
-    assert_eq!(
-        line.receive(&mut [0; 64], StdDuration::from_millis(50))
-            .unwrap(),
-        0
-    );
+    assert_eq!(line.receive(&mut [0; 64], StdDuration::from_millis(50)).unwrap(), 0);
     near.send(&[0x02, 0xE5]).unwrap();
     assert_eq!(read_exactly(&mut line, 1), [0xE5]);
 }
@@ -288,10 +257,7 @@ fn what_cannot_be_opened_says_why_in_one_sentence() {
     let scratch = Scratch::new("open");
     let missing = scratch.join("ttyNone");
     let error = SerialLine::open(&missing, BAUD, SerialOptions::default()).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        format!("there is no port {}", missing.display())
-    );
+    assert_eq!(error.to_string(), format!("there is no port {}", missing.display()));
     assert_eq!(error.kind(), PortErrorKind::NotFound);
 
     let file = scratch.join("file");
@@ -299,10 +265,7 @@ fn what_cannot_be_opened_says_why_in_one_sentence() {
     for path in [file.as_path(), Path::new("/dev/null")] {
         let error = SerialLine::open(path, BAUD, SerialOptions::default()).unwrap_err();
         assert!(matches!(error, PortError::NotASerialPort { .. }), "{error}");
-        assert_eq!(
-            error.to_string(),
-            format!("{} is no serial port", path.display())
-        );
+        assert_eq!(error.to_string(), format!("{} is no serial port", path.display()));
     }
     assert_eq!(std::fs::read(&file).unwrap(), b"text");
 }
@@ -347,10 +310,7 @@ fn a_link_does_not_overwrite_a_file_or_a_directory() {
     std::fs::write(&file, b"data").unwrap();
     assert!(matches!(near.link(&file), Err(PortError::LinkTaken { .. })));
     assert_eq!(std::fs::read(&file).unwrap(), b"data");
-    assert!(matches!(
-        near.link(&scratch.0),
-        Err(PortError::LinkTaken { .. })
-    ));
+    assert!(matches!(near.link(&scratch.0), Err(PortError::LinkTaken { .. })));
     drop(near);
     assert_eq!(std::fs::read(&file).unwrap(), b"data");
 }

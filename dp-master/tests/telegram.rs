@@ -7,8 +7,8 @@
 use dp_master::address::Address;
 use dp_master::station::{LineError, MAX_TELEGRAM};
 use dp_master::wire::{
-    DecodeError, Decoded, Decoder, DiscardReason, EncodeError, Fcb, FunctionCode, Header,
-    RequestFunction, ResponseFunction, StationType, Telegram, decode_one,
+    DecodeError, Decoded, Decoder, DiscardReason, EncodeError, Fcb, FunctionCode, Header, RequestFunction,
+    ResponseFunction, StationType, Telegram, decode_one,
 };
 use proptest::prelude::*;
 
@@ -61,13 +61,7 @@ fn telegrams_have_the_octets_of_the_standard() {
     let (master, slave) = (address(2), address(3));
     // Source of all layouts: IEC 61158-4-3. FCS by hand beside each.
     let cases: [(Telegram<'_>, &[u8]); 8] = [
-        (
-            Telegram::Token {
-                da: master,
-                sa: master,
-            },
-            &[0xDC, 0x02, 0x02],
-        ),
+        (Telegram::Token { da: master, sa: master }, &[0xDC, 0x02, 0x02]),
         (Telegram::ShortAck, &[0xE5]),
         // FDL status: 03 + 02 + 49 = 4E.
         (
@@ -84,9 +78,7 @@ fn telegrams_have_the_octets_of_the_standard() {
                 header: Header::new(slave, master, srd_high(Fcb::First)).with_saps(60, 62),
                 data: &[],
             },
-            &[
-                0x68, 0x05, 0x05, 0x68, 0x83, 0x82, 0x6D, 0x3C, 0x3E, 0xEC, 0x16,
-            ],
+            &[0x68, 0x05, 0x05, 0x68, 0x83, 0x82, 0x6D, 0x3C, 0x3E, 0xEC, 0x16],
         ),
         // Slave_Diag answer with six octets: 82 + 83 + 08 + 3E + 3C + 02 + 05 + 00 + FF + 00 + DA = 367.
         (
@@ -175,11 +167,7 @@ fn a_telegram_is_at_most_255_octets_long() {
     );
     assert_eq!((buf[1], buf[2]), (249, 249));
     assert_eq!(
-        Telegram::Data {
-            header,
-            data: &data
-        }
-        .encode(&mut buf),
+        Telegram::Data { header, data: &data }.encode(&mut buf),
         Err(EncodeError::DataTooLong { max: 246, got: 247 })
     );
     let header = header.with_saps(51, 51);
@@ -239,9 +227,7 @@ fn what_cannot_stand_on_the_wire_is_not_encoded() {
 
 #[test]
 fn each_fault_of_a_telegram_has_its_own_cause() {
-    let good: [u8; 11] = [
-        0x68, 0x05, 0x05, 0x68, 0x83, 0x82, 0x6D, 0x3C, 0x3E, 0xEC, 0x16,
-    ];
+    let good: [u8; 11] = [0x68, 0x05, 0x05, 0x68, 0x83, 0x82, 0x6D, 0x3C, 0x3E, 0xEC, 0x16];
     let with = |index: usize, octet: u8| {
         let mut octets = good;
         octets[index] = octet;
@@ -251,14 +237,8 @@ fn each_fault_of_a_telegram_has_its_own_cause() {
         (with(0, 0x67), DiscardReason::StartDelimiter { got: 0x67 }),
         (with(1, 0x03), DiscardReason::Length { got: 3 }),
         (with(1, 0xFA), DiscardReason::Length { got: 250 }),
-        (
-            with(2, 0x06),
-            DiscardReason::LengthRepeat { le: 5, repeated: 6 },
-        ),
-        (
-            with(3, 0x60),
-            DiscardReason::SecondStartDelimiter { got: 0x60 },
-        ),
+        (with(2, 0x06), DiscardReason::LengthRepeat { le: 5, repeated: 6 }),
+        (with(3, 0x60), DiscardReason::SecondStartDelimiter { got: 0x60 }),
         (
             with(9, 0xED),
             DiscardReason::Checksum {
@@ -276,11 +256,7 @@ fn each_fault_of_a_telegram_has_its_own_cause() {
         (with(10, 0x17), DiscardReason::EndDelimiter { got: 0x17 }),
     ];
     for (octets, reason) in cases {
-        assert_eq!(
-            decode_one(&octets),
-            Err(DecodeError::Corrupt(reason)),
-            "{octets:02X?}"
-        );
+        assert_eq!(decode_one(&octets), Err(DecodeError::Corrupt(reason)), "{octets:02X?}");
     }
 }
 
@@ -417,17 +393,11 @@ fn a_line_error_gives_up_what_has_begun_and_counts_the_spoiled_character() {
     decoder.push(&[0x10, 0x03, 0x02], |decoded| note(&mut said, decoded));
     assert_eq!(decoder.pending(), 3);
     decoder.push_line_error(LineError::Parity, |decoded| note(&mut said, decoded));
-    assert_eq!(
-        said,
-        [Said::Discarded(DiscardReason::Line(LineError::Parity), 4)]
-    );
+    assert_eq!(said, [Said::Discarded(DiscardReason::Line(LineError::Parity), 4)]);
     assert!(!decoder.is_synchronised());
     said.clear();
     decoder.push_line_error(LineError::Framing, |decoded| note(&mut said, decoded));
-    assert_eq!(
-        said,
-        [Said::Discarded(DiscardReason::Line(LineError::Framing), 1)]
-    );
+    assert_eq!(said, [Said::Discarded(DiscardReason::Line(LineError::Framing), 1)]);
 }
 
 #[test]
@@ -435,10 +405,9 @@ fn a_line_error_does_not_cost_the_whole_telegram_inside_a_false_one() {
     let mut decoder = Decoder::new();
     let mut said = Vec::new();
     // A false SD2 header that would wait for 255 octets, then a token, then the beginning of a telegram that is spoiled.
-    decoder.push(
-        &[0x68, 0xF9, 0xF9, 0x68, 0xDC, 0x02, 0x03, 0x10, 0x03],
-        |decoded| note(&mut said, decoded),
-    );
+    decoder.push(&[0x68, 0xF9, 0xF9, 0x68, 0xDC, 0x02, 0x03, 0x10, 0x03], |decoded| {
+        note(&mut said, decoded)
+    });
     assert!(said.is_empty());
     decoder.push_line_error(LineError::Framing, |decoded| note(&mut said, decoded));
     let line = DiscardReason::Line(LineError::Framing);
@@ -464,9 +433,7 @@ fn a_line_error_does_not_cost_the_whole_telegram_inside_a_false_one() {
 fn idle_drops_a_partial_telegram_and_restores_synchronism() {
     let mut decoder = Decoder::new();
     let mut said = Vec::new();
-    decoder.push(&[0x00, 0x68, 0x05, 0x05], |decoded| {
-        note(&mut said, decoded)
-    });
+    decoder.push(&[0x00, 0x68, 0x05, 0x05], |decoded| note(&mut said, decoded));
     assert!(!decoder.is_synchronised());
     assert_eq!(decoder.idle(), 3);
     assert!(decoder.is_synchronised());
@@ -507,9 +474,7 @@ fn no_false_telegram_with_one_or_two_flipped_bits_is_accepted() {
     // is left for the octets is: never a different telegram of the same length.
     let telegrams: [&[u8]; 4] = [
         &[0x10, 0x03, 0x02, 0x49, 0x4E, 0x16],
-        &[
-            0x68, 0x05, 0x05, 0x68, 0x83, 0x82, 0x6D, 0x3C, 0x3E, 0xEC, 0x16,
-        ],
+        &[0x68, 0x05, 0x05, 0x68, 0x83, 0x82, 0x6D, 0x3C, 0x3E, 0xEC, 0x16],
         &[0xA2, 0x03, 0x02, 0x7D, 1, 2, 3, 4, 5, 6, 7, 8, 0xA6, 0x16],
         &[0x68, 0x04, 0x04, 0x68, 0x02, 0x03, 0x08, 0xFF, 0x0C, 0x16],
     ];
@@ -536,10 +501,7 @@ fn no_false_telegram_with_one_or_two_flipped_bits_is_accepted() {
                             });
                         }
                     }
-                    assert_eq!(
-                        accepted, 0,
-                        "{telegram:02X?} with bits {first} and {second}"
-                    );
+                    assert_eq!(accepted, 0, "{telegram:02X?} with bits {first} and {second}");
                     continue;
                 }
                 if let Ok((found, length)) = decode_one(&octets) {
@@ -563,14 +525,12 @@ fn any_station() -> impl Strategy<Value = Address> {
 
 fn any_header() -> impl Strategy<Value = Header> {
     let sap = || prop::option::of(0_u8..=63);
-    (0_u8..=127, any_station(), sap(), sap(), any::<u8>()).prop_map(|(da, sa, dsap, ssap, fc)| {
-        Header {
-            da: Address::from_wire(da).unwrap(),
-            sa,
-            dsap,
-            ssap,
-            fc: FunctionCode::from_octet(fc),
-        }
+    (0_u8..=127, any_station(), sap(), sap(), any::<u8>()).prop_map(|(da, sa, dsap, ssap, fc)| Header {
+        da: Address::from_wire(da).unwrap(),
+        sa,
+        dsap,
+        ssap,
+        fc: FunctionCode::from_octet(fc),
     })
 }
 
@@ -586,10 +546,7 @@ fn any_telegram() -> impl Strategy<Value = Vec<u8>> {
                 prop::collection::vec(any::<u8>(), 0..=244)
             ]
         )
-            .prop_map(|(header, data)| encode(&Telegram::Data {
-                header,
-                data: &data
-            })),
+            .prop_map(|(header, data)| encode(&Telegram::Data { header, data: &data })),
     ]
 }
 

@@ -77,11 +77,7 @@ fn twenty_five_characters_end_after_275_bit_times_at_all_ten_baud_rates() {
         let start = at(1_000);
         assert_eq!(bus.transmit(start, sender, &[0x55; 25]), at(1_000 + nanos));
         let first = bus.poll_timeout();
-        assert_eq!(
-            first,
-            Some(start + baud.characters(1)),
-            "first character at {baud}"
-        );
+        assert_eq!(first, Some(start + baud.characters(1)), "first character at {baud}");
         let seen = drain(&mut bus, Instant::MAX);
         assert_eq!(
             seen.last().map(|(at, _)| *at),
@@ -211,10 +207,7 @@ fn overlapping_characters_are_useless_for_everyone_and_the_collision_is_recorded
     let before = drain(&mut bus, at(3_000));
     assert_eq!(
         before,
-        [
-            (917, Seen::Octets(1, vec![0x10])),
-            (917, Seen::Octets(2, vec![0x10]))
-        ]
+        [(917, Seen::Octets(1, vec![0x10])), (917, Seen::Octets(2, vec![0x10]))]
     );
     bus.transmit(at(3_000), ports[1], &TOKEN);
     let third: Vec<_> = drain(&mut bus, Instant::MAX)
@@ -376,15 +369,8 @@ fn a_disconnected_port_neither_hears_nor_is_heard_until_it_is_back() {
     bus.disconnect(ports[1]);
     bus.transmit(Instant::ZERO, ports[0], &TOKEN);
     let seen = drain(&mut bus, at(10_000));
-    assert!(
-        !seen
-            .iter()
-            .any(|(_, seen)| matches!(seen, Seen::Octets(1, _)))
-    );
-    assert!(
-        seen.iter()
-            .any(|(_, seen)| matches!(seen, Seen::Octets(2, _)))
-    );
+    assert!(!seen.iter().any(|(_, seen)| matches!(seen, Seen::Octets(1, _))));
+    assert!(seen.iter().any(|(_, seen)| matches!(seen, Seen::Octets(2, _))));
     bus.transmit(at(10_000), ports[1], &TOKEN);
     assert_eq!(drain(&mut bus, at(20_000)), [(12_750, Seen::Sent(1))]);
     bus.reconnect(ports[1]);
@@ -492,11 +478,7 @@ impl Station for Simple {
         if !std::mem::take(&mut self.wants) {
             return None;
         }
-        let telegram = if self.role == Role::Asks {
-            REQUEST
-        } else {
-            REPLY
-        };
+        let telegram = if self.role == Role::Asks { REQUEST } else { REPLY };
         buf[..6].copy_from_slice(&telegram);
         Some(6)
     }
@@ -505,14 +487,11 @@ impl Station for Simple {
     }
 }
 
-fn run(
-    steps: impl Fn(&VirtualBus, &[(PortId, &mut dyn Station)], Instant) -> Instant,
-) -> (Simple, Simple) {
+fn run(steps: impl Fn(&VirtualBus, &[(PortId, &mut dyn Station)], Instant) -> Instant) -> (Simple, Simple) {
     let (mut bus, ports) = line(2);
     let (mut master, mut slave) = (Simple::new(Role::Asks), Simple::new(Role::Answers));
     {
-        let mut stations: [(PortId, &mut dyn Station); 2] =
-            [(ports[0], &mut master), (ports[1], &mut slave)];
+        let mut stations: [(PortId, &mut dyn Station); 2] = [(ports[0], &mut master), (ports[1], &mut slave)];
         let mut now = Instant::ZERO;
         while now < at(3_500_000) {
             pump(&mut bus, now, &mut stations);
@@ -528,14 +507,8 @@ fn run(
 fn the_pump_runs_an_exchange_with_every_call_at_its_time() {
     let (master, slave) = run(|bus, stations, _| next_wakeup(bus, stations).unwrap());
     // Request 0…5500 ns, pause 917 ns, reply 6417…11 917 ns, its first character until 7334 ns.
-    assert_eq!(
-        slave.heard[..2],
-        [(917, vec![0x10]), (5_500, REQUEST[1..].to_vec())]
-    );
-    assert_eq!(
-        master.heard[..2],
-        [(7_334, vec![0x10]), (11_917, REPLY[1..].to_vec())]
-    );
+    assert_eq!(slave.heard[..2], [(917, vec![0x10]), (5_500, REQUEST[1..].to_vec())]);
+    assert_eq!(master.heard[..2], [(7_334, vec![0x10]), (11_917, REPLY[1..].to_vec())]);
     assert_eq!(master.sent, [5_500, 1_005_500, 2_005_500, 3_005_500]);
     assert_eq!(slave.sent, [11_917, 1_011_917, 2_011_917, 3_011_917]);
 }

@@ -28,11 +28,7 @@ impl CodeNumber {
     /// The code with this number; `None` above 24575, which no index can carry.
     #[must_use]
     pub const fn new(number: u16) -> Option<Self> {
-        if number <= Self::MAX {
-            Some(Self(number))
-        } else {
-            None
-        }
+        if number <= Self::MAX { Some(Self(number)) } else { None }
     }
 
     /// The code an index names; `None` above 24575.
@@ -77,11 +73,7 @@ impl Subcode {
 /// Nothing for subcode 0, otherwise `/1`: meant to follow a code number.
 impl fmt::Display for Subcode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0 == 0 {
-            Ok(())
-        } else {
-            write!(f, "/{}", self.0)
-        }
+        if self.0 == 0 { Ok(()) } else { write!(f, "/{}", self.0) }
     }
 }
 
@@ -114,10 +106,7 @@ mod tests {
     #[test]
     fn every_index_up_to_24575_names_one_code_and_none_above_does() {
         for index in 0..=24_575 {
-            assert_eq!(
-                CodeNumber::from_index(index).map(CodeNumber::index),
-                Some(index)
-            );
+            assert_eq!(CodeNumber::from_index(index).map(CodeNumber::index), Some(index));
         }
         assert_eq!(CodeNumber::from_index(24_576), None);
         assert_eq!(CodeNumber::from_index(u16::MAX), None);

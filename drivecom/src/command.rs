@@ -176,9 +176,7 @@ impl CommandSet {
 
     /// The commands of the set in the order of [`Command::ALL`].
     pub fn iter(self) -> impl Iterator<Item = Command> {
-        Command::ALL
-            .into_iter()
-            .filter(move |command| self.contains(*command))
+        Command::ALL.into_iter().filter(move |command| self.contains(*command))
     }
 }
 
@@ -209,10 +207,7 @@ const LEVEL_COMMANDS: [CommandSet; 16] = {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use Command::{
-        DisableVoltage, EnableOperation, InhibitOperation, QuickStop, ResetFault, Shutdown,
-        SwitchOn,
-    };
+    use Command::{DisableVoltage, EnableOperation, InhibitOperation, QuickStop, ResetFault, Shutdown, SwitchOn};
 
     // Source: 9300 facts 2.3, typed from the pattern table; index is bits 3 2 1 0.
     #[test]
@@ -238,8 +233,7 @@ mod tests {
         for word in 0..=u16::MAX {
             let set = CommandSet::decode(ControlWord(word), ResetEdge::None);
             assert!(
-                set.iter()
-                    .eq(expected[usize::from(word & 0x0F)].iter().copied()),
+                set.iter().eq(expected[usize::from(word & 0x0F)].iter().copied()),
                 "0x{word:04X}: {set:?}"
             );
         }
@@ -248,10 +242,7 @@ mod tests {
     #[test]
     fn reset_fault_joins_whatever_else_is_commanded() {
         let set = CommandSet::decode(ControlWord(0x0087), ResetEdge::Rising);
-        assert_eq!(
-            set,
-            CommandSet::of(&[SwitchOn, InhibitOperation, ResetFault])
-        );
+        assert_eq!(set, CommandSet::of(&[SwitchOn, InhibitOperation, ResetFault]));
     }
 
     #[test]

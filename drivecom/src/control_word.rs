@@ -126,10 +126,7 @@ mod tests {
 
     #[test]
     fn clearing_a_bit_leaves_the_reserved_bits_alone() {
-        assert_eq!(
-            ControlWord(0xFFFF).with_switch_on(false),
-            ControlWord(0xFFFE)
-        );
+        assert_eq!(ControlWord(0xFFFF).with_switch_on(false), ControlWord(0xFFFE));
         assert_eq!(
             ControlWord(0xFFFF).with_command_bits(ControlWord(0x0006)),
             ControlWord(0xFF76)
@@ -138,10 +135,7 @@ mod tests {
 
     #[test]
     fn the_print_out_shows_hex_and_names() {
-        assert_eq!(
-            ControlWord(0x0006).to_string(),
-            "0x0006 enable-voltage no-quick-stop"
-        );
+        assert_eq!(ControlWord(0x0006).to_string(), "0x0006 enable-voltage no-quick-stop");
         assert_eq!(ControlWord(0x0100).to_string(), "0x0100 bit8");
         assert_eq!(ControlWord(0).to_string(), "0x0000");
     }

@@ -32,12 +32,7 @@ fn arrows(f: &mut fmt::Formatter<'_>, transition: &Transition) -> fmt::Result {
         writeln!(f, "    [*] --> {:?} : {}", transition.to, Label(transition))?;
     }
     for from in transition.from.iter() {
-        writeln!(
-            f,
-            "    {from:?} --> {:?} : {}",
-            transition.to,
-            Label(transition)
-        )?;
+        writeln!(f, "    {from:?} --> {:?} : {}", transition.to, Label(transition))?;
     }
     Ok(())
 }

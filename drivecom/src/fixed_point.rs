@@ -214,19 +214,13 @@ mod tests {
         assert_eq!(parse("214748.3647"), Ok(i32::MAX));
         assert_eq!(parse("214748.3648"), Err(ParseFixedPointError::OutOfRange));
         assert_eq!(parse("-214748.3649"), Err(ParseFixedPointError::OutOfRange));
-        assert_eq!(
-            parse("99999999999999999999"),
-            Err(ParseFixedPointError::OutOfRange)
-        );
+        assert_eq!(parse("99999999999999999999"), Err(ParseFixedPointError::OutOfRange));
     }
 
     #[test]
     fn a_fifth_decimal_is_refused_unless_it_is_zero() {
         assert_eq!(parse("1.23450"), Ok(12_345));
-        assert_eq!(
-            parse("1.23456"),
-            Err(ParseFixedPointError::TooPrecise { position: 6 })
-        );
+        assert_eq!(parse("1.23456"), Err(ParseFixedPointError::TooPrecise { position: 6 }));
     }
 
     #[test]
@@ -234,8 +228,7 @@ mod tests {
         assert_eq!(parse(""), Err(ParseFixedPointError::NoDigits));
         assert_eq!(parse("-"), Err(ParseFixedPointError::NoDigits));
         assert_eq!(parse("."), Err(ParseFixedPointError::NoDigits));
-        let at =
-            |found, position| Err(ParseFixedPointError::UnexpectedCharacter { found, position });
+        let at = |found, position| Err(ParseFixedPointError::UnexpectedCharacter { found, position });
         assert_eq!(parse("1.2.3"), at('.', 3));
         assert_eq!(parse("1-"), at('-', 1));
         assert_eq!(parse("1,5"), at(',', 1));

@@ -70,6 +70,4 @@ pub use process_data::ProcessData;
 pub use sequencer::{Progress, Sequencer, Target};
 pub use state::{Pattern, State, StateSet};
 pub use status_word::StatusWord;
-pub use transition::{
-    DRIVE_MOVES, DriveMove, Event, Hold, TRANSITIONS, Transition, TransitionId, Trigger,
-};
+pub use transition::{DRIVE_MOVES, DriveMove, Event, Hold, TRANSITIONS, Transition, TransitionId, Trigger};

@@ -114,10 +114,7 @@ mod tests {
     #[test]
     fn the_image_shows_status_speed_and_position_in_the_order_of_the_bus() {
         let data = ProcessData::actual(StatusWord(0x0237), 15_371, 3_074_216);
-        assert_eq!(
-            data.to_octets(),
-            [0x02, 0x37, 0x3C, 0x0B, 0xE8, 0xA8, 0x00, 0x2E]
-        );
+        assert_eq!(data.to_octets(), [0x02, 0x37, 0x3C, 0x0B, 0xE8, 0xA8, 0x00, 0x2E]);
         assert_eq!(
             (data.status_word(), data.speed(), data.position()),
             (StatusWord(0x0237), 15_371, 3_074_216)
@@ -128,10 +125,7 @@ mod tests {
     fn a_command_leaves_the_other_words_zero() {
         let octets = ProcessData::command(ControlWord(0x007F)).to_octets();
         assert_eq!(octets, [0x00, 0x7F, 0, 0, 0, 0, 0, 0]);
-        assert_eq!(
-            ProcessData::from_octets(octets).control_word(),
-            ControlWord(0x007F)
-        );
+        assert_eq!(ProcessData::from_octets(octets).control_word(), ControlWord(0x007F));
     }
 
     proptest! {

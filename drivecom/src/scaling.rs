@@ -80,10 +80,7 @@ mod tests {
     #[test]
     fn a_percentage_beyond_the_word_is_refused() {
         for percent in [200.0, -200.01, f64::INFINITY, f64::NEG_INFINITY] {
-            assert_eq!(
-                raw_from_percent(percent),
-                Err(PercentOutOfRange { percent })
-            );
+            assert_eq!(raw_from_percent(percent), Err(PercentOutOfRange { percent }));
         }
         assert!(raw_from_percent(f64::NAN).is_err());
     }

@@ -114,9 +114,7 @@ impl Sequencer {
         let state = status.state();
         self.progress = progress(target, status, state);
         let reset_bit = self.advance_reset(state);
-        let command = command(target, state)
-            .control_word()
-            .with_reset_fault(reset_bit);
+        let command = command(target, state).control_word().with_reset_fault(reset_bit);
         self.application.with_command_bits(command)
     }
 
@@ -182,9 +180,7 @@ const fn command(target: Target, state: Option<State>) -> Command {
         (Target::SwitchedOn, Some(State::OperationEnabled)) => Command::InhibitOperation,
         (_, Some(State::ReadyToSwitchOn)) => Command::SwitchOn,
         (Target::SwitchedOn, Some(State::SwitchedOn)) => Command::SwitchOn,
-        (Target::OperationEnabled, Some(State::SwitchedOn | State::OperationEnabled)) => {
-            Command::EnableOperation
-        }
+        (Target::OperationEnabled, Some(State::SwitchedOn | State::OperationEnabled)) => Command::EnableOperation,
         _ => Command::Shutdown,
     }
 }

@@ -148,9 +148,7 @@ impl StateSet {
 
     /// The states of the set in the order of [`State::ALL`].
     pub fn iter(self) -> impl Iterator<Item = State> {
-        State::ALL
-            .into_iter()
-            .filter(move |state| self.contains(*state))
+        State::ALL.into_iter().filter(move |state| self.contains(*state))
     }
 }
 
@@ -203,10 +201,7 @@ mod tests {
     #[test]
     fn no_status_word_fits_two_patterns() {
         for word in 0..=u16::MAX {
-            let fitting = State::ALL
-                .iter()
-                .filter(|state| state.pattern().matches(word))
-                .count();
+            let fitting = State::ALL.iter().filter(|state| state.pattern().matches(word)).count();
             assert!(fitting <= 1, "0x{word:04X} fits {fitting} states");
         }
     }
@@ -245,16 +240,8 @@ mod tests {
                 if low & !0x006F != 0 {
                     continue;
                 }
-                let expected = rows
-                    .iter()
-                    .find(|(bits, _)| *bits == low)
-                    .map(|(_, state)| *state);
-                assert_eq!(
-                    State::decode(StatusWord(rest | low)),
-                    expected,
-                    "0x{:04X}",
-                    rest | low
-                );
+                let expected = rows.iter().find(|(bits, _)| *bits == low).map(|(_, state)| *state);
+                assert_eq!(State::decode(StatusWord(rest | low)), expected, "0x{:04X}", rest | low);
             }
         }
     }
@@ -262,14 +249,8 @@ mod tests {
     // Source: 9300 facts 2.2, last paragraph.
     #[test]
     fn the_example_words_decode() {
-        assert_eq!(
-            State::decode(StatusWord(0x0231)),
-            Some(State::ReadyToSwitchOn)
-        );
+        assert_eq!(State::decode(StatusWord(0x0231)), Some(State::ReadyToSwitchOn));
         assert_eq!(State::decode(StatusWord(0x0233)), Some(State::SwitchedOn));
-        assert_eq!(
-            State::decode(StatusWord(0x0237)),
-            Some(State::OperationEnabled)
-        );
+        assert_eq!(State::decode(StatusWord(0x0237)), Some(State::OperationEnabled));
     }
 }

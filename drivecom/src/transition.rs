@@ -87,8 +87,7 @@ impl Trigger {
     /// Whether a command of the control word or the state of the drive sets the transition off.
     #[must_use]
     pub fn is_set_off(self, commands: CommandSet, conditions: Conditions) -> bool {
-        self.commands.intersects(commands)
-            || self.event.is_some_and(|event| event.happens(conditions))
+        self.commands.intersects(commands) || self.event.is_some_and(|event| event.happens(conditions))
     }
 }
 
@@ -187,13 +186,10 @@ impl Hold {
 ///
 /// Source: 9300 fact sheet, section 2.3, second table. The holds are those of its section 2.5.
 pub const TRANSITIONS: [Transition; 16] = {
-    use Command::{
-        DisableVoltage, EnableOperation, InhibitOperation, QuickStop, ResetFault, Shutdown,
-        SwitchOn,
-    };
+    use Command::{DisableVoltage, EnableOperation, InhibitOperation, QuickStop, ResetFault, Shutdown, SwitchOn};
     use State::{
-        Fault, FaultReactionActive, NotReadyToSwitchOn, OperationEnabled, QuickStopActive,
-        ReadyToSwitchOn, SwitchOnDisabled, SwitchedOn,
+        Fault, FaultReactionActive, NotReadyToSwitchOn, OperationEnabled, QuickStopActive, ReadyToSwitchOn,
+        SwitchOnDisabled, SwitchedOn,
     };
     let any = &[
         NotReadyToSwitchOn,
@@ -230,14 +226,7 @@ pub const TRANSITIONS: [Transition; 16] = {
             None,
             Some(Hold::TerminalLow),
         ),
-        row(
-            5,
-            &[OperationEnabled],
-            SwitchedOn,
-            &[InhibitOperation],
-            None,
-            None,
-        ),
+        row(5, &[OperationEnabled], SwitchedOn, &[InhibitOperation], None, None),
         row(6, &[SwitchedOn], ReadyToSwitchOn, &[Shutdown], None, None),
         row(
             7,
@@ -247,22 +236,8 @@ pub const TRANSITIONS: [Transition; 16] = {
             None,
             None,
         ),
-        row(
-            8,
-            &[OperationEnabled],
-            ReadyToSwitchOn,
-            &[Shutdown],
-            None,
-            None,
-        ),
-        row(
-            9,
-            &[OperationEnabled],
-            SwitchOnDisabled,
-            &[DisableVoltage],
-            None,
-            None,
-        ),
+        row(8, &[OperationEnabled], ReadyToSwitchOn, &[Shutdown], None, None),
+        row(9, &[OperationEnabled], SwitchOnDisabled, &[DisableVoltage], None, None),
         row(
             10,
             &[SwitchedOn],
@@ -271,14 +246,7 @@ pub const TRANSITIONS: [Transition; 16] = {
             None,
             None,
         ),
-        row(
-            11,
-            &[OperationEnabled],
-            QuickStopActive,
-            &[QuickStop],
-            None,
-            None,
-        ),
+        row(11, &[OperationEnabled], QuickStopActive, &[QuickStop], None, None),
         row(
             12,
             &[QuickStopActive],
@@ -312,15 +280,8 @@ pub const TRANSITIONS: [Transition; 16] = {
 /// Interpretation: a quick stop that runs when terminal 28 falls stays in *quick stop active* until standstill; the
 /// sources name only *operation enabled*.
 pub const DRIVE_MOVES: [Transition; 3] = {
-    use State::{
-        Fault, OperationEnabled, QuickStopActive, ReadyToSwitchOn, SwitchOnDisabled, SwitchedOn,
-    };
-    let above_disabled = StateSet::of(&[
-        ReadyToSwitchOn,
-        SwitchedOn,
-        OperationEnabled,
-        QuickStopActive,
-    ]);
+    use State::{Fault, OperationEnabled, QuickStopActive, ReadyToSwitchOn, SwitchOnDisabled, SwitchedOn};
+    let above_disabled = StateSet::of(&[ReadyToSwitchOn, SwitchedOn, OperationEnabled, QuickStopActive]);
     [
         own(
             DriveMove::Undervoltage,
@@ -347,11 +308,7 @@ pub const DRIVE_MOVES: [Transition; 3] = {
 ///
 /// The order matters only between those groups: hardware acts before commands. Inside the profile's table no two
 /// rows of a state can fire together, except beside transition 13.
-pub(crate) fn next(
-    state: State,
-    commands: CommandSet,
-    conditions: Conditions,
-) -> Option<&'static Transition> {
+pub(crate) fn next(state: State, commands: CommandSet, conditions: Conditions) -> Option<&'static Transition> {
     let mut rows = ROWS_OF_STATE[state as usize];
     while rows != 0 {
         let transition = ROWS.get(rows.trailing_zeros() as usize)?;
@@ -443,10 +400,7 @@ mod tests {
     #[test]
     fn a_trigger_prints_its_commands_and_its_event() {
         assert_eq!(TRANSITIONS[2].trigger.to_string(), "shutdown");
-        assert_eq!(
-            TRANSITIONS[7].trigger.to_string(),
-            "quick stop | disable voltage"
-        );
+        assert_eq!(TRANSITIONS[7].trigger.to_string(), "quick stop | disable voltage");
         assert_eq!(
             TRANSITIONS[12].trigger.to_string(),
             "disable voltage | standstill reached"

@@ -1,10 +1,7 @@
 //! The drawings in `docs/` are the tables of the crate.
 //!
 //! Run with `UPDATE_DOCS=1` to write them anew after a change of a table.
-#![allow(
-    clippy::unwrap_used,
-    reason = "a test may unwrap: the panic is its report"
-)]
+#![allow(clippy::unwrap_used, reason = "a test may unwrap: the panic is its report")]
 
 use std::fs;
 use std::path::Path;
@@ -13,9 +10,7 @@ use drivecom::StateDiagram;
 use drivecom::petri::PARAMETER_NET;
 
 fn compare(name: &str, drawn: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("docs")
-        .join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs").join(name);
     if std::env::var_os("UPDATE_DOCS").is_some() {
         fs::write(&path, drawn).unwrap();
     }

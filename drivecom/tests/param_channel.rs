@@ -1,14 +1,11 @@
 //! Both ends of the parameter channel, alone and composed.
 //!
 //! Expected octets: 9300 fact sheet, sections 3.1 to 3.3, 9 (row 22) and 11.
-#![allow(
-    clippy::unwrap_used,
-    reason = "a test may unwrap: the panic is its report"
-)]
+#![allow(clippy::unwrap_used, reason = "a test may unwrap: the panic is its report")]
 
 use drivecom::param::{
-    AnswerStyle, Client, ClientOptions, DataLength, EchoRule, ErrorCode, Frame, Handshake, Job,
-    JobKind, Reply, RequestError, RequestRefused, Server, ServerAction, ServerOptions,
+    AnswerStyle, Client, ClientOptions, DataLength, EchoRule, ErrorCode, Frame, Handshake, Job, JobKind, Reply,
+    RequestError, RequestRefused, Server, ServerAction, ServerOptions,
 };
 use drivecom::{CodeNumber, Subcode};
 use proptest::prelude::*;
@@ -50,19 +47,10 @@ fn writing_c0086_while_enabled_is_refused_with_the_octets_of_the_fact_sheet() {
     // A first job, so that handshake 0 is an edge.
     take(&mut server, READ_C1204);
     server.complete(Ok(0));
-    let job = take(
-        &mut server,
-        [0x32, 0x00, 0x5F, 0xA9, 0x00, 0x10, 0x7A, 0xC0],
-    );
-    assert_eq!(
-        (job.kind, job.code, job.value),
-        (JobKind::Write, code(86), 1_080_000)
-    );
+    let job = take(&mut server, [0x32, 0x00, 0x5F, 0xA9, 0x00, 0x10, 0x7A, 0xC0]);
+    assert_eq!((job.kind, job.code, job.value), (JobKind::Write, code(86), 1_080_000));
     server.complete(Err(ErrorCode::OUT_OF_RANGE_OR_NOT_INHIBITED));
-    assert_eq!(
-        server.answer(),
-        Frame([0xB0, 0x00, 0x5F, 0xA9, 0x08, 0x00, 0x00, 0x30])
-    );
+    assert_eq!(server.answer(), Frame([0xB0, 0x00, 0x5F, 0xA9, 0x08, 0x00, 0x00, 0x30]));
 }
 
 #[test]
@@ -70,25 +58,16 @@ fn reading_c1204_answers_with_its_value() {
     let mut server = usual();
     assert_eq!(take(&mut server, READ_C1204), read(1204));
     server.complete(Ok(1_790_708));
-    assert_eq!(
-        server.answer(),
-        Frame([0x70, 0x00, 0x5B, 0x4B, 0x00, 0x1B, 0x52, 0xF4])
-    );
+    assert_eq!(server.answer(), Frame([0x70, 0x00, 0x5B, 0x4B, 0x00, 0x1B, 0x52, 0xF4]));
 }
 
 #[test]
 fn writing_c0039_1_carries_150_4() {
     let mut server = usual();
-    let job = take(
-        &mut server,
-        [0x72, 0x01, 0x5F, 0xD8, 0x00, 0x16, 0xF3, 0x00],
-    );
+    let job = take(&mut server, [0x72, 0x01, 0x5F, 0xD8, 0x00, 0x16, 0xF3, 0x00]);
     assert_eq!(job, Job::write(code(39), Subcode(1), 1_504_000));
     server.complete(Ok(job.value));
-    assert_eq!(
-        server.answer(),
-        Frame([0x70, 0x01, 0x5F, 0xD8, 0x00, 0x16, 0xF3, 0x00])
-    );
+    assert_eq!(server.answer(), Frame([0x70, 0x01, 0x5F, 0xD8, 0x00, 0x16, 0xF3, 0x00]));
 }
 
 #[test]
@@ -98,10 +77,7 @@ fn short_data_is_left_aligned_both_ways() {
     let job = take(&mut server, [0x51, 0x00, 0x5F, 0x69, 0, 0, 0, 0]);
     assert_eq!(job.length, DataLength::Two);
     server.complete(Ok(0x1234));
-    assert_eq!(
-        server.answer(),
-        Frame([0x50, 0x00, 0x5F, 0x69, 0x12, 0x34, 0x00, 0x00])
-    );
+    assert_eq!(server.answer(), Frame([0x50, 0x00, 0x5F, 0x69, 0x12, 0x34, 0x00, 0x00]));
     // A one-octet write.
     let job = take(&mut server, [0x02, 0x00, 0x5F, 0x69, 0xFE, 9, 9, 9]);
     assert_eq!((job.length, job.value), (DataLength::One, -2));
@@ -147,10 +123,7 @@ fn a_reserved_job_code_is_an_impermissible_job() {
         let mut server = usual();
         let request = Frame([0x70 | job_code, 0x00, 0x5B, 0x4B, 1, 2, 3, 4]);
         assert_eq!(server.poll(&request), ServerAction::Answered);
-        assert_eq!(
-            server.answer(),
-            Frame([0xF0, 0x00, 0x5B, 0x4B, 0x06, 0x05, 0x00, 0x10])
-        );
+        assert_eq!(server.answer(), Frame([0xF0, 0x00, 0x5B, 0x4B, 0x06, 0x05, 0x00, 0x10]));
         assert_eq!(server.running(), None);
     }
 }
@@ -162,10 +135,7 @@ fn an_index_above_24575_names_no_object() {
         server.poll(&Frame([0x71, 0x00, 0x60, 0x00, 0, 0, 0, 0])),
         ServerAction::Answered
     );
-    assert_eq!(
-        server.answer(),
-        Frame([0xF0, 0x00, 0x60, 0x00, 0x06, 0x07, 0x00, 0x00])
-    );
+    assert_eq!(server.answer(), Frame([0xF0, 0x00, 0x60, 0x00, 0x06, 0x07, 0x00, 0x00]));
 }
 
 #[test]
@@ -215,10 +185,7 @@ fn the_old_answer_stays_while_a_job_runs() {
         assert_eq!(server.answer(), old);
     }
     server.complete(Ok(70_000));
-    assert_eq!(
-        server.answer(),
-        Frame([0x30, 0x00, 0x5B, 0x4D, 0x00, 0x01, 0x11, 0x70])
-    );
+    assert_eq!(server.answer(), Frame([0x30, 0x00, 0x5B, 0x4D, 0x00, 0x01, 0x11, 0x70]));
 }
 
 #[test]
@@ -255,11 +222,7 @@ fn completing_without_a_job_changes_nothing() {
 fn a_module_that_starts_with_handshake_1_keeps_it_until_a_job_inverts_it() {
     let mut server = server(AnswerStyle::Cleared, Handshake::Set);
     assert_eq!(server.answer(), Frame([0x40, 0, 0, 0, 0, 0, 0, 0]));
-    assert_eq!(
-        server.poll(&Frame::EMPTY),
-        ServerAction::None,
-        "nobody has spoken yet"
-    );
+    assert_eq!(server.poll(&Frame::EMPTY), ServerAction::None, "nobody has spoken yet");
     assert_eq!(
         server.poll(&Frame(READ_C1204)),
         ServerAction::None,
@@ -386,13 +349,7 @@ fn jobs_come_through_late_and_early_with_every_style_and_either_start_level() {
                     })
                 );
                 let job = read(1204);
-                assert_eq!(
-                    chain.ask(job),
-                    Ok(Reply::Done {
-                        job,
-                        value: 1_790_708
-                    })
-                );
+                assert_eq!(chain.ask(job), Ok(Reply::Done { job, value: 1_790_708 }));
                 expected.extend([write, job]);
             }
             assert_eq!(
@@ -410,13 +367,7 @@ fn a_refused_job_is_an_answer_and_the_next_job_goes_on() {
     let error = ErrorCode::OUT_OF_RANGE_OR_NOT_INHIBITED;
     assert_eq!(chain.ask(job), Ok(Reply::Refused { job, error }));
     let job = read(1204);
-    assert_eq!(
-        chain.ask(job),
-        Ok(Reply::Done {
-            job,
-            value: 1_790_708
-        })
-    );
+    assert_eq!(chain.ask(job), Ok(Reply::Done { job, value: 1_790_708 }));
 }
 
 #[test]
@@ -453,10 +404,7 @@ fn a_silent_drive_ends_in_a_timeout_counted_in_cycles() {
         }
     };
     // One step sends, five wait.
-    assert_eq!(
-        (cycles, result),
-        (6, Err(RequestError::Timeout { job, cycles: 5 }))
-    );
+    assert_eq!((cycles, result), (6, Err(RequestError::Timeout { job, cycles: 5 })));
     assert_eq!(
         client.step(&Frame::EMPTY),
         job.request(true),
@@ -469,21 +417,9 @@ fn after_a_timeout_a_late_answer_is_not_taken_for_the_next_job() {
     let mut chain = Chain::new(ServerOptions::default(), 30);
     let first = Job::write(code(1301), Subcode(1), 1);
     let second = Job::write(code(1301), Subcode(1), 2);
-    assert_eq!(
-        chain.ask(first),
-        Err(RequestError::Timeout {
-            job: first,
-            cycles: 20
-        })
-    );
+    assert_eq!(chain.ask(first), Err(RequestError::Timeout { job: first, cycles: 20 }));
     chain.delay = 0;
-    assert_eq!(
-        chain.ask(second),
-        Ok(Reply::Done {
-            job: second,
-            value: 2
-        })
-    );
+    assert_eq!(chain.ask(second), Ok(Reply::Done { job: second, value: 2 }));
     assert_eq!(chain.done, [first, second]);
 }
 
@@ -499,13 +435,7 @@ fn a_drive_that_was_away_answers_again_when_it_is_back() {
         // It lost its memory meanwhile.
         chain.server = Server::default();
         chain.powered = true;
-        assert_eq!(
-            chain.ask(job),
-            Ok(Reply::Done {
-                job,
-                value: 1_790_708
-            })
-        );
+        assert_eq!(chain.ask(job), Ok(Reply::Done { job, value: 1_790_708 }));
     }
 }
 
@@ -552,25 +482,9 @@ fn a_drive_without_echo_is_recognised_by_its_second_answer() {
     let mut chain = Chain::new(ServerOptions::default(), 1);
     chain.echoes = false;
     let job = read(1204);
-    assert_eq!(
-        chain.ask(job),
-        Ok(Reply::Done {
-            job,
-            value: 1_790_708
-        })
-    );
-    assert_eq!(
-        chain.done.len(),
-        2,
-        "the first answer could have been a standing one"
-    );
-    assert_eq!(
-        chain.ask(job),
-        Ok(Reply::Done {
-            job,
-            value: 1_790_708
-        })
-    );
+    assert_eq!(chain.ask(job), Ok(Reply::Done { job, value: 1_790_708 }));
+    assert_eq!(chain.done.len(), 2, "the first answer could have been a standing one");
+    assert_eq!(chain.ask(job), Ok(Reply::Done { job, value: 1_790_708 }));
     assert_eq!(chain.done.len(), 3, "from then on each job once");
 }
 
@@ -614,19 +528,9 @@ fn the_answer_to_the_other_direction_is_a_stranger() {
 fn a_second_job_is_refused_while_one_runs() {
     let mut client = Client::default();
     client.request(read(1204)).unwrap();
-    assert_eq!(
-        client.request(read(1202)),
-        Err(RequestRefused {
-            running: read(1204)
-        })
-    );
+    assert_eq!(client.request(read(1202)), Err(RequestRefused { running: read(1204) }));
     client.step(&Frame::EMPTY);
-    assert_eq!(
-        client.request(read(1202)),
-        Err(RequestRefused {
-            running: read(1204)
-        })
-    );
+    assert_eq!(client.request(read(1202)), Err(RequestRefused { running: read(1204) }));
     assert_eq!(client.running(), Some(read(1204)));
 }
 

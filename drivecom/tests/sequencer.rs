@@ -1,8 +1,6 @@
 //! The master's sequencer, composed with the drive's machine.
 
-use drivecom::{
-    Conditions, ControlWord, Machine, Progress, Sequencer, State, StatusInputs, StatusWord, Target,
-};
+use drivecom::{Conditions, ControlWord, Machine, Progress, Sequencer, State, StatusInputs, StatusWord, Target};
 
 const REMOTE: StatusInputs = StatusInputs {
     warning: false,
@@ -15,12 +13,7 @@ const REMOTE: StatusInputs = StatusInputs {
     ended_in_target: false,
 };
 
-const TARGETS: [Target; 4] = [
-    Target::Off,
-    Target::Ready,
-    Target::SwitchedOn,
-    Target::OperationEnabled,
-];
+const TARGETS: [Target; 4] = [Target::Off, Target::Ready, Target::SwitchedOn, Target::OperationEnabled];
 
 /// Master and drive with one cycle of dead time for the status word.
 struct Pair {
@@ -81,9 +74,7 @@ fn every_target_is_reached_from_every_other_and_held() {
 fn the_words_on_the_way_up_are_those_of_the_film_feed_block() {
     // 9300 facts 11: control words 0x0076 → 0x0077 → 0x007F.
     let mut pair = Pair::new();
-    let mut words: Vec<u16> = (0..8)
-        .map(|_| pair.cycle(Target::OperationEnabled).0)
-        .collect();
+    let mut words: Vec<u16> = (0..8).map(|_| pair.cycle(Target::OperationEnabled).0).collect();
     words.dedup();
     assert_eq!(words, [0x0076, 0x0077, 0x007F]);
 }
@@ -98,10 +89,7 @@ fn a_fault_is_reset_only_on_request() {
     pair.conditions.fault_cause_gone = true;
     assert_eq!(pair.run(Target::OperationEnabled, 20), State::Fault);
     pair.master.request_fault_reset();
-    assert_eq!(
-        pair.run(Target::OperationEnabled, 10),
-        State::OperationEnabled
-    );
+    assert_eq!(pair.run(Target::OperationEnabled, 10), State::OperationEnabled);
     assert!(!pair.master.is_resetting());
     assert!(!pair.cycle(Target::OperationEnabled).reset_fault());
 }
@@ -114,11 +102,8 @@ fn a_reset_that_did_not_help_ends_and_a_second_one_makes_a_new_edge() {
     pair.trip();
     pair.run(Target::Ready, 5);
     pair.master.request_fault_reset();
-    let bits = |pair: &mut Pair, n: usize| -> Vec<bool> {
-        (0..n)
-            .map(|_| pair.cycle(Target::Ready).reset_fault())
-            .collect()
-    };
+    let bits =
+        |pair: &mut Pair, n: usize| -> Vec<bool> { (0..n).map(|_| pair.cycle(Target::Ready).reset_fault()).collect() };
     assert_eq!(bits(&mut pair, 6), [false, true, true, true, false, false]);
     assert_eq!(pair.drive.state(), State::Fault);
     // Asked again while the bit is still high: it goes low first.
@@ -142,10 +127,7 @@ fn a_reset_asked_for_during_the_fault_reaction_waits_for_fault() {
         assert!(!pair.cycle(Target::OperationEnabled).reset_fault());
     }
     pair.conditions.fault_reaction_done = true;
-    assert_eq!(
-        pair.run(Target::OperationEnabled, 10),
-        State::OperationEnabled
-    );
+    assert_eq!(pair.run(Target::OperationEnabled, 10), State::OperationEnabled);
 }
 
 #[test]
@@ -164,25 +146,16 @@ fn a_quick_stop_from_elsewhere_is_left_to_end_and_the_target_sought_again() {
     pair.run(Target::OperationEnabled, 8);
     pair.drive.step(ControlWord(0x007B), pair.conditions);
     pair.status = pair.drive.status_word(REMOTE);
-    assert_eq!(
-        pair.run(Target::OperationEnabled, 5),
-        State::QuickStopActive
-    );
+    assert_eq!(pair.run(Target::OperationEnabled, 5), State::QuickStopActive);
     pair.conditions.quick_stop_done = true;
-    assert_eq!(
-        pair.run(Target::OperationEnabled, 8),
-        State::OperationEnabled
-    );
+    assert_eq!(pair.run(Target::OperationEnabled, 8), State::OperationEnabled);
 }
 
 #[test]
 fn application_bits_pass_and_command_bits_do_not() {
     let mut sequencer = Sequencer::new();
     sequencer.set_application(ControlWord(0xFFFF));
-    assert_eq!(
-        sequencer.step(Target::Off, StatusWord(0x0240)),
-        ControlWord(0xFF70)
-    );
+    assert_eq!(sequencer.step(Target::Off, StatusWord(0x0240)), ControlWord(0xFF70));
     sequencer.set_application(ControlWord(0x0000));
     assert_eq!(
         sequencer.step(Target::OperationEnabled, StatusWord(0x0237)),

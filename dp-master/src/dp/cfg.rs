@@ -52,11 +52,7 @@ impl Identifier {
     /// Octets of the module in each direction it has.
     pub const fn lengths(self) -> IoLengths {
         let units = (self.0 & LENGTH) as usize + 1;
-        let octets = if self.0 & WORDS != 0 {
-            2 * units
-        } else {
-            units
-        };
+        let octets = if self.0 & WORDS != 0 { 2 * units } else { units };
         IoLengths {
             inputs: if self.0 & INPUT != 0 { octets } else { 0 },
             outputs: if self.0 & OUTPUT != 0 { octets } else { 0 },
@@ -122,14 +118,9 @@ impl Configuration {
     pub fn new(identifiers: &[u8]) -> Result<Self, CfgError> {
         let lengths = io_lengths(identifiers)?;
         let Some(identifiers) = Octets::from_slice(identifiers) else {
-            return Err(CfgError::TooManyIdentifiers {
-                got: identifiers.len(),
-            });
+            return Err(CfgError::TooManyIdentifiers { got: identifiers.len() });
         };
-        Ok(Self {
-            identifiers,
-            lengths,
-        })
+        Ok(Self { identifiers, lengths })
     }
 
     /// The identifier octets, the data unit of Chk_Cfg.
@@ -212,10 +203,7 @@ mod tests {
         assert_eq!(lengths(0x2F), (0, 16));
         assert_eq!(lengths(0x50), (2, 0));
         assert_eq!(lengths(0x77), (16, 16));
-        assert_eq!(
-            Identifier::from_octet(0x77).unwrap().consistency(),
-            Consistency::Unit
-        );
+        assert_eq!(Identifier::from_octet(0x77).unwrap().consistency(), Consistency::Unit);
     }
 
     #[test]
@@ -232,10 +220,7 @@ mod tests {
     #[test]
     fn more_than_a_telegram_is_refused() {
         // 8 × 32 octets = 256 > 244
-        assert!(matches!(
-            io_lengths(&[0x7F; 8]),
-            Err(CfgError::TooLong { .. })
-        ));
+        assert!(matches!(io_lengths(&[0x7F; 8]), Err(CfgError::TooLong { .. })));
         assert!(io_lengths(&[0x7F; 7]).is_ok());
     }
 }

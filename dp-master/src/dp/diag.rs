@@ -185,9 +185,7 @@ impl Diagnosis {
 
     /// The blocks of the extended diagnosis in their order.
     pub fn blocks(&self) -> Blocks<'_> {
-        Blocks {
-            rest: &self.extended,
-        }
+        Blocks { rest: &self.extended }
     }
 }
 

@@ -31,10 +31,7 @@ pub struct Octets<const N: usize> {
 
 impl<const N: usize> Octets<N> {
     /// No octets.
-    pub const EMPTY: Self = Self {
-        len: 0,
-        octets: [0; N],
-    };
+    pub const EMPTY: Self = Self { len: 0, octets: [0; N] };
 
     /// A copy of `octets`; `None` when there are more than `N` (or than 255).
     pub fn from_slice(octets: &[u8]) -> Option<Self> {
@@ -75,9 +72,7 @@ impl<const N: usize> Octets<N> {
 
     /// The octets in use, to be written.
     pub fn as_mut_slice(&mut self) -> &mut [u8] {
-        self.octets
-            .get_mut(..usize::from(self.len))
-            .unwrap_or(&mut [])
+        self.octets.get_mut(..usize::from(self.len)).unwrap_or(&mut [])
     }
 }
 

@@ -16,8 +16,7 @@ use super::sap;
 use super::slave_handler::{Context, LossCause, SlaveConfig, SlaveHandler, SlaveState};
 use crate::address::Address;
 use crate::fdl::{
-    Action, ActiveStation, BusParams, BusParamsError, Confirmation, Outcome, Repeat, RingEvent,
-    TokenUser,
+    Action, ActiveStation, BusParams, BusParamsError, Confirmation, Outcome, Repeat, RingEvent, TokenUser,
 };
 use crate::station::{LineError, MAX_TELEGRAM, Station};
 use crate::time::{Duration, Instant};
@@ -192,9 +191,7 @@ impl<const N: usize> DpMaster<N> {
     pub fn new(config: MasterConfig) -> Result<Self, MasterError> {
         config.params.validate()?;
         if config.address.is_broadcast() {
-            return Err(MasterError::Address {
-                got: config.address,
-            });
+            return Err(MasterError::Address { got: config.address });
         }
         Ok(Self {
             fdl: ActiveStation::new(config.address, config.params),
@@ -229,9 +226,7 @@ impl<const N: usize> DpMaster<N> {
             return Err(AddSlaveError::Duplicate { address });
         }
         if slave.min_tsdr != 0 && slave.min_tsdr < 11 {
-            return Err(AddSlaveError::MinTsdr {
-                got: slave.min_tsdr,
-            });
+            return Err(AddSlaveError::MinTsdr { got: slave.min_tsdr });
         }
         let full = AddSlaveError::Full { capacity: N };
         let index = u8::try_from(self.cyclic.count).map_err(|_| full)?;
@@ -308,14 +303,12 @@ impl<const N: usize> DpMaster<N> {
 
     /// The inputs last received from a slave; zeros before the first exchange, empty for an index of another master.
     pub fn inputs(&self, slave: SlaveIndex) -> &[u8] {
-        self.handler(slave)
-            .map_or(&[], |handler| handler.inputs.as_slice())
+        self.handler(slave).map_or(&[], |handler| handler.inputs.as_slice())
     }
 
     /// Where a slave stands.
     pub fn state(&self, slave: SlaveIndex) -> SlaveState {
-        self.handler(slave)
-            .map_or(SlaveState::Offline, SlaveHandler::state)
+        self.handler(slave).map_or(SlaveState::Offline, SlaveHandler::state)
     }
 
     /// The diagnosis last read from a slave.
@@ -488,9 +481,7 @@ impl<const N: usize> TokenUser for Cyclic<N> {
             let first = if self.mode == Mode::Stop { N } else { first };
             let due = (first..self.count).find_map(|place| {
                 let handler = self.slaves.get(place)?.as_ref()?;
-                handler
-                    .next_action(now, self.config.address, self.mode)
-                    .map(|_| place)
+                handler.next_action(now, self.config.address, self.mode).map(|_| place)
             });
             self.step = due.map_or(Step::Control, Step::Slave);
         }
@@ -505,8 +496,8 @@ impl<const N: usize> TokenUser for Cyclic<N> {
         {
             self.control_octets = control.octets();
             let fc = FunctionCode::request(Fcb::Inactive, RequestFunction::SdnHigh);
-            let header = Header::new(Address::BROADCAST, self.config.address, fc)
-                .with_saps(sap::GLOBAL_CONTROL, sap::MASTER);
+            let header =
+                Header::new(Address::BROADCAST, self.config.address, fc).with_saps(sap::GLOBAL_CONTROL, sap::MASTER);
             return Action::Send {
                 header,
                 data: &self.control_octets,

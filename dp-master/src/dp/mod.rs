@@ -14,21 +14,18 @@ mod watchdog;
 pub use cfg::{CfgError, Configuration, Consistency, Identifier, IoLengths, io_lengths};
 pub use control::{ControlCommand, GlobalControl};
 pub use diag::{
-    Block, Blocks, Diagnosis, MAX_EXT_DIAG, Overflow, SLAVE_DIAG_LEN, SlaveDiagError, StandardDiag,
-    StationStatus,
+    Block, Blocks, Diagnosis, MAX_EXT_DIAG, Overflow, SLAVE_DIAG_LEN, SlaveDiagError, StandardDiag, StationStatus,
 };
 pub use image::{MAX_DATA, Octets, ProcessImage};
 pub use master::{
-    AddSlaveError, DpMaster, MasterConfig, MasterError, MasterEvent, MasterStatistics, Mode,
-    OutputsError, SlaveIndex,
+    AddSlaveError, DpMaster, MasterConfig, MasterError, MasterEvent, MasterStatistics, Mode, OutputsError, SlaveIndex,
 };
 pub use prm::{
-    FREEZE_REQ, LOCK_REQ, LockRequest, MAX_USER_PRM, SET_PRM_LEN, SYNC_REQ, SetPrm, SetPrmError,
-    UNLOCK_REQ, WD_ON,
+    FREEZE_REQ, LOCK_REQ, LockRequest, MAX_USER_PRM, SET_PRM_LEN, SYNC_REQ, SetPrm, SetPrmError, UNLOCK_REQ, WD_ON,
 };
 pub use slave::{
-    AcceptedConfigurations, DpSlave, ExtDiag, ExtDiagError, IdentityError, LeaveReason,
-    OutputsOnLeave, SlaveEvent, SlaveIdentity, SlavePhase, SlaveStatistics, Support,
+    AcceptedConfigurations, DpSlave, ExtDiag, ExtDiagError, IdentityError, LeaveReason, OutputsOnLeave, SlaveEvent,
+    SlaveIdentity, SlavePhase, SlaveStatistics, Support,
 };
 pub use slave_handler::{ClearOutputs, Demand, LossCause, SlaveConfig, SlaveState};
 pub use watchdog::{Watchdog, WatchdogError};

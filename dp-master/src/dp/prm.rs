@@ -61,18 +61,8 @@ impl<'a> SetPrm<'a> {
         if data.len() > SET_PRM_LEN + MAX_USER_PRM {
             return Err(SetPrmError::TooLong { got: data.len() });
         }
-        let Some((
-            &[
-                station_status,
-                wd_fact_1,
-                wd_fact_2,
-                min_tsdr,
-                high,
-                low,
-                group,
-            ],
-            user,
-        )) = data.split_first_chunk::<SET_PRM_LEN>()
+        let Some((&[station_status, wd_fact_1, wd_fact_2, min_tsdr, high, low, group], user)) =
+            data.split_first_chunk::<SET_PRM_LEN>()
         else {
             return Err(SetPrmError::TooShort { got: data.len() });
         };
@@ -221,10 +211,7 @@ mod tests {
 
     #[test]
     fn six_octets_are_too_short() {
-        assert_eq!(
-            SetPrm::parse(&OCTETS[..6]),
-            Err(SetPrmError::TooShort { got: 6 })
-        );
+        assert_eq!(SetPrm::parse(&OCTETS[..6]), Err(SetPrmError::TooShort { got: 6 }));
     }
 
     #[test]

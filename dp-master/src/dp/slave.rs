@@ -24,9 +24,7 @@ use core::ops::RangeInclusive;
 
 use super::cfg::{IoLengths, io_lengths};
 use super::control::{ControlCommand, GlobalControl};
-use super::diag::{
-    EXT_DIAG_OVERFLOW, MAX_EXT_DIAG, Overflow, SLAVE_DIAG_LEN, StandardDiag, StationStatus,
-};
+use super::diag::{EXT_DIAG_OVERFLOW, MAX_EXT_DIAG, Overflow, SLAVE_DIAG_LEN, StandardDiag, StationStatus};
 use super::events::EventQueue;
 use super::image::{MAX_DATA, Octets, ProcessImage};
 use super::prm::{LockRequest, MAX_USER_PRM, SetPrm};
@@ -105,12 +103,7 @@ pub struct SlaveIdentity {
 
 impl SlaveIdentity {
     /// A slave with the defaults named at the fields.
-    pub const fn new(
-        address: Address,
-        ident: u16,
-        baud: Baud,
-        configurations: AcceptedConfigurations,
-    ) -> Self {
+    pub const fn new(address: Address, ident: u16, baud: Baud, configurations: AcceptedConfigurations) -> Self {
         let real_configuration = match configurations {
             AcceptedConfigurations::Table([first, ..]) => *first,
             _ => &[],
@@ -238,14 +231,10 @@ impl DpSlave {
     /// [`IdentityError`] when the address is no station's or the reply time is out of range.
     pub fn new(identity: SlaveIdentity) -> Result<Self, IdentityError> {
         if identity.address.is_broadcast() {
-            return Err(IdentityError::Address {
-                got: identity.address,
-            });
+            return Err(IdentityError::Address { got: identity.address });
         }
         if !(11..=1023).contains(&identity.min_tsdr) {
-            return Err(IdentityError::MinTsdr {
-                got: identity.min_tsdr,
-            });
+            return Err(IdentityError::MinTsdr { got: identity.min_tsdr });
         }
         Ok(Self {
             responder: Responder::new(identity.address, identity.baud, identity.latency_allowance),
@@ -335,17 +324,9 @@ impl DpSlave {
     /// # Errors
     ///
     /// [`ExtDiagError`] above 238 octets; nothing is changed then.
-    pub fn set_ext_diag(
-        &mut self,
-        kind: ExtDiag,
-        octets: &[u8],
-        overflow: Overflow,
-    ) -> Result<(), ExtDiagError> {
+    pub fn set_ext_diag(&mut self, kind: ExtDiag, octets: &[u8], overflow: Overflow) -> Result<(), ExtDiagError> {
         let device = &mut self.device;
-        if device.ext_diag.as_slice() == octets
-            && device.ext_diag_kind == kind
-            && device.overflow == overflow
-        {
+        if device.ext_diag.as_slice() == octets && device.ext_diag_kind == kind && device.overflow == overflow {
             return Ok(());
         }
         if !device.ext_diag.replace(octets) {
@@ -388,8 +369,7 @@ impl Station for DpSlave {
     }
 
     fn handle_line_error(&mut self, now: Instant, error: LineError) {
-        self.responder
-            .handle_line_error(now, error, &mut self.device);
+        self.responder.handle_line_error(now, error, &mut self.device);
     }
 
     fn handle_sent(&mut self, _now: Instant) {}
@@ -470,12 +450,8 @@ impl ResponderUser for Device {
             Some(sap::SET_PRM) => self.set_prm(header.sa, data),
             Some(sap::CHK_CFG) => self.chk_cfg(now, header.sa, data),
             Some(sap::GET_CFG) => Response::Low(self.known_configuration()),
-            Some(sap::RD_INP) if self.phase == SlavePhase::DataExchange => {
-                Response::Low(&self.inputs)
-            }
-            Some(sap::RD_OUTP) if self.phase == SlavePhase::DataExchange => {
-                Response::Low(&self.outputs)
-            }
+            Some(sap::RD_INP) if self.phase == SlavePhase::DataExchange => Response::Low(&self.inputs),
+            Some(sap::RD_OUTP) if self.phase == SlavePhase::DataExchange => Response::Low(&self.outputs),
             // Set_Slave_Add too: the address is set by switch (9300 facts 1.1).
             Some(_) => REFUSED,
         }
@@ -512,10 +488,7 @@ impl Device {
             .with(self.faults)
             .with_if(StationStatus::STATION_NOT_READY, !in_exchange)
             .with_if(StationStatus::PRM_REQ, self.phase == SlavePhase::WaitPrm)
-            .with_if(
-                StationStatus::EXT_DIAG,
-                self.ext_diag_kind == ExtDiag::Fault,
-            )
+            .with_if(StationStatus::EXT_DIAG, self.ext_diag_kind == ExtDiag::Fault)
             .with_if(StationStatus::WD_ON, self.watchdog.is_some())
             .with_if(StationStatus::SYNC_MODE, self.sync == Hold::Held)
             .with_if(StationStatus::FREEZE_MODE, self.freeze == Hold::Held);
@@ -620,10 +593,7 @@ impl Device {
             || !identity.user_prm_len.contains(&prm.user.len())
             || (prm.watchdog_on() && prm.watchdog().is_none());
         if unsupported {
-            self.refuse_prm(
-                prm.ident,
-                StationStatus::PRM_FAULT.with(StationStatus::NOT_SUPPORTED),
-            );
+            self.refuse_prm(prm.ident, StationStatus::PRM_FAULT.with(StationStatus::NOT_SUPPORTED));
         } else if faulty {
             self.refuse_prm(prm.ident, StationStatus::PRM_FAULT);
         } else {
@@ -674,8 +644,7 @@ impl Device {
             self.events.push(SlaveEvent::ConfigurationRefused);
             return Response::ShortAck;
         };
-        let unchanged =
-            self.phase == SlavePhase::DataExchange && self.configuration == configuration;
+        let unchanged = self.phase == SlavePhase::DataExchange && self.configuration == configuration;
         if unchanged {
             return Response::ShortAck;
         }

@@ -14,9 +14,7 @@ use super::cfg::{CfgError, Configuration};
 use super::diag::{Diagnosis, StandardDiag, StationStatus};
 use super::image::{MAX_DATA, Octets, ProcessImage};
 use super::master::{MasterEvent, Mode, SlaveIndex};
-use super::prm::{
-    FREEZE_REQ, LOCK_REQ, MAX_USER_PRM, SET_PRM_LEN, SYNC_REQ, SetPrm, SetPrmError, WD_ON,
-};
+use super::prm::{FREEZE_REQ, LOCK_REQ, MAX_USER_PRM, SET_PRM_LEN, SYNC_REQ, SetPrm, SetPrmError, WD_ON};
 use super::sap;
 use super::watchdog::Watchdog;
 use crate::address::Address;
@@ -253,12 +251,7 @@ impl SlaveHandler {
     }
 
     /// What to do in this cycle; `None` when there is nothing.
-    pub(super) fn next_action(
-        &self,
-        now: Instant,
-        master: Address,
-        mode: Mode,
-    ) -> Option<Action<'_>> {
+    pub(super) fn next_action(&self, now: Instant, master: Address, mode: Mode) -> Option<Action<'_>> {
         let request = |sap: Option<u8>, data| {
             let fc = FunctionCode::request(self.fcb.current(), RequestFunction::SrdHigh);
             let mut header = Header::new(self.config.address, master, fc);
@@ -270,21 +263,13 @@ impl SlaveHandler {
                 SlaveState::Offline | SlaveState::Refused => Repeat::Never,
                 _ => Repeat::UpToLimit,
             };
-            Some(Action::Send {
-                header,
-                data,
-                repeat,
-            })
+            Some(Action::Send { header, data, repeat })
         };
         match self.state {
             SlaveState::Offline | SlaveState::Refused if now < self.due => None,
-            SlaveState::Offline | SlaveState::Refused | SlaveState::WaitReady => {
-                request(Some(sap::SLAVE_DIAG), &[])
-            }
+            SlaveState::Offline | SlaveState::Refused | SlaveState::WaitReady => request(Some(sap::SLAVE_DIAG), &[]),
             SlaveState::WaitPrm => request(Some(sap::SET_PRM), &self.prm),
-            SlaveState::WaitCfg => {
-                request(Some(sap::CHK_CFG), self.config.configuration.identifiers())
-            }
+            SlaveState::WaitCfg => request(Some(sap::CHK_CFG), self.config.configuration.identifiers()),
             SlaveState::DataExchange if self.diag_due => request(Some(sap::SLAVE_DIAG), &[]),
             SlaveState::DataExchange if now < self.due => Some(Action::WaitUntil(self.due)),
             SlaveState::DataExchange => request(None, self.outputs_on_the_bus(mode)),
@@ -377,12 +362,7 @@ impl SlaveHandler {
     }
 
     /// The first diagnosis of a slave that was offline.
-    fn found(
-        &mut self,
-        now: Instant,
-        answer: Answer<'_>,
-        context: &Context,
-    ) -> Option<MasterEvent> {
+    fn found(&mut self, now: Instant, answer: Answer<'_>, context: &Context) -> Option<MasterEvent> {
         let diagnosis = match self.read_diagnosis(answer) {
             Ok(diagnosis) => diagnosis,
             Err(refusal) => return self.refuse(now, refusal, context),
@@ -396,12 +376,7 @@ impl SlaveHandler {
     }
 
     /// The diagnosis after Chk_Cfg.
-    fn check(
-        &mut self,
-        now: Instant,
-        answer: Answer<'_>,
-        context: &Context,
-    ) -> Option<MasterEvent> {
+    fn check(&mut self, now: Instant, answer: Answer<'_>, context: &Context) -> Option<MasterEvent> {
         let diagnosis = match self.read_diagnosis(answer) {
             Ok(diagnosis) => diagnosis,
             Err(refusal) => return self.refuse(now, refusal, context),
@@ -418,38 +393,26 @@ impl SlaveHandler {
             self.refuse(now, Refusal::Response(function), context)
         } else if status.intersects(StationStatus::PRM_REQ) {
             self.refuse(now, Refusal::Parameters(diagnosis), context)
-        } else if status.intersects(StationStatus::STATION_NOT_READY.with(StationStatus::STAT_DIAG))
-        {
+        } else if status.intersects(StationStatus::STATION_NOT_READY.with(StationStatus::STAT_DIAG)) {
             // Asked again in the next cycle, which is bound by the cycle itself.
             None
         } else {
             self.state = SlaveState::DataExchange;
             self.refused = None;
             self.due = now;
-            Some(MasterEvent::DataExchange {
-                slave: context.slave,
-            })
+            Some(MasterEvent::DataExchange { slave: context.slave })
         }
     }
 
     /// A diagnosis in data exchange.
-    fn diagnosed(
-        &mut self,
-        now: Instant,
-        answer: Answer<'_>,
-        context: &Context,
-    ) -> Option<MasterEvent> {
+    fn diagnosed(&mut self, now: Instant, answer: Answer<'_>, context: &Context) -> Option<MasterEvent> {
         let diagnosis = match self.read_diagnosis(answer) {
             Ok(diagnosis) => diagnosis,
             Err(Refusal::Response(function)) => {
                 return self.lose(now, LossCause::Rejected(function), context);
             }
             Err(_) => {
-                return self.lose(
-                    now,
-                    LossCause::Rejected(ResponseFunction::NoReplyData),
-                    context,
-                );
+                return self.lose(now, LossCause::Rejected(ResponseFunction::NoReplyData), context);
             }
         };
         let faults = StationStatus::PRM_FAULT
@@ -467,12 +430,7 @@ impl SlaveHandler {
         })
     }
 
-    fn exchanged(
-        &mut self,
-        now: Instant,
-        answer: Answer<'_>,
-        context: &Context,
-    ) -> Option<MasterEvent> {
+    fn exchanged(&mut self, now: Instant, answer: Answer<'_>, context: &Context) -> Option<MasterEvent> {
         let expected = self.inputs.len();
         let cause = match answer {
             Answer::Acknowledged if expected == 0 => {
@@ -526,9 +484,7 @@ impl SlaveHandler {
         let slave = context.slave;
         Some(match refusal {
             Refusal::Parameters(diagnosis) => MasterEvent::ParametersRefused { slave, diagnosis },
-            Refusal::Configuration(diagnosis) => {
-                MasterEvent::ConfigurationRefused { slave, diagnosis }
-            }
+            Refusal::Configuration(diagnosis) => MasterEvent::ConfigurationRefused { slave, diagnosis },
             Refusal::OwnedBy(diagnosis) => MasterEvent::OwnedByOther { slave, diagnosis },
             Refusal::Response(function) => MasterEvent::StartUpRejected { slave, function },
             Refusal::NoDiagnosis { got } => MasterEvent::DiagnosisUnreadable { slave, got },

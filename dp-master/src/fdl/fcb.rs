@@ -87,11 +87,7 @@ impl RetryGuard {
             Fcb::High => (CountBit::One, true),
             Fcb::Low => (CountBit::Zero, true),
         };
-        if counted
-            && self
-                .last
-                .is_some_and(|last| self.repeats(last, bit, header, data))
-        {
+        if counted && self.last.is_some_and(|last| self.repeats(last, bit, header, data)) {
             return Novelty::Repetition;
         }
         let len = if header.dsap.is_some() { data.len() } else { 0 };
@@ -118,10 +114,8 @@ impl RetryGuard {
     }
 
     fn repeats(&self, last: Counted, bit: CountBit, header: &Header, data: &[u8]) -> bool {
-        let same_request = last.fcb == bit
-            && last.sa == header.sa
-            && last.dsap == header.dsap
-            && last.ssap == header.ssap;
+        let same_request =
+            last.fcb == bit && last.sa == header.sa && last.dsap == header.dsap && last.ssap == header.ssap;
         let is_data_exchange = header.dsap.is_none() && header.ssap.is_none();
         same_request && (is_data_exchange || self.data.get(..last.len) == Some(data))
     }
@@ -168,52 +162,31 @@ mod tests {
     #[test]
     fn the_same_bit_with_the_same_octets_is_a_repetition() {
         let mut guard = RetryGuard::new();
-        assert_eq!(
-            guard.judge(&request(Fcb::Low, Some(62)), &[1, 2]),
-            Novelty::New
-        );
-        assert_eq!(
-            guard.judge(&request(Fcb::Low, Some(62)), &[1, 2]),
-            Novelty::Repetition
-        );
-        assert_eq!(
-            guard.judge(&request(Fcb::High, Some(62)), &[1, 2]),
-            Novelty::New
-        );
+        assert_eq!(guard.judge(&request(Fcb::Low, Some(62)), &[1, 2]), Novelty::New);
+        assert_eq!(guard.judge(&request(Fcb::Low, Some(62)), &[1, 2]), Novelty::Repetition);
+        assert_eq!(guard.judge(&request(Fcb::High, Some(62)), &[1, 2]), Novelty::New);
     }
 
     #[test]
     fn the_same_bit_with_other_octets_is_new() {
         let mut guard = RetryGuard::new();
         guard.judge(&request(Fcb::Low, Some(62)), &[1, 2]);
-        assert_eq!(
-            guard.judge(&request(Fcb::Low, Some(62)), &[1, 3]),
-            Novelty::New
-        );
-        assert_eq!(
-            guard.judge(&request(Fcb::Low, Some(61)), &[1, 3]),
-            Novelty::New
-        );
+        assert_eq!(guard.judge(&request(Fcb::Low, Some(62)), &[1, 3]), Novelty::New);
+        assert_eq!(guard.judge(&request(Fcb::Low, Some(61)), &[1, 3]), Novelty::New);
     }
 
     #[test]
     fn a_repeated_data_exchange_may_carry_newer_outputs() {
         let mut guard = RetryGuard::new();
         guard.judge(&request(Fcb::Low, None), &[1]);
-        assert_eq!(
-            guard.judge(&request(Fcb::Low, None), &[2]),
-            Novelty::Repetition
-        );
+        assert_eq!(guard.judge(&request(Fcb::Low, None), &[2]), Novelty::Repetition);
     }
 
     #[test]
     fn first_contact_is_always_new() {
         let mut guard = RetryGuard::new();
         guard.judge(&request(Fcb::First, Some(60)), &[]);
-        assert_eq!(
-            guard.judge(&request(Fcb::First, Some(60)), &[]),
-            Novelty::New
-        );
+        assert_eq!(guard.judge(&request(Fcb::First, Some(60)), &[]), Novelty::New);
     }
 
     #[test]

@@ -10,7 +10,5 @@ mod timers;
 pub use fcb::{FcbCounter, Novelty, RetryGuard};
 pub use params::{BusParams, BusParamsError, T_SYN};
 pub use passive::{Responder, ResponderStatistics, ResponderUser, Response};
-pub use station::{
-    Action, ActiveStation, Confirmation, FdlStatistics, Outcome, Repeat, RingEvent, TokenUser,
-};
+pub use station::{Action, ActiveStation, Confirmation, FdlStatistics, Outcome, Repeat, RingEvent, TokenUser};
 pub use timers::{Timer, Timers};

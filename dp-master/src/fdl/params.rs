@@ -119,12 +119,7 @@ impl BusParams {
 
     /// Tsl may not be below max Tsdr + 11 + Tsm, the delay of the line not counted.
     pub const fn least_t_sl(&self) -> BitTimes {
-        BitTimes(
-            self.t_sdr_max
-                .0
-                .saturating_add(11)
-                .saturating_add(self.t_sm().0),
-        )
+        BitTimes(self.t_sdr_max.0.saturating_add(11).saturating_add(self.t_sm().0))
     }
 
     /// The same parameters with the shortest idle times the rules allow.
@@ -162,19 +157,13 @@ impl BusParams {
     /// [`BusParamsError`], one variant a rule.
     pub const fn validate(&self) -> Result<(), BusParamsError> {
         if self.retry_limit > 8 {
-            return Err(BusParamsError::RetryLimit {
-                got: self.retry_limit,
-            });
+            return Err(BusParamsError::RetryLimit { got: self.retry_limit });
         }
         if self.gap_factor < 1 || self.gap_factor > 100 {
-            return Err(BusParamsError::GapFactor {
-                got: self.gap_factor,
-            });
+            return Err(BusParamsError::GapFactor { got: self.gap_factor });
         }
         if self.t_sdr_min.0 < 11 {
-            return Err(BusParamsError::MinTsdr {
-                got: self.t_sdr_min,
-            });
+            return Err(BusParamsError::MinTsdr { got: self.t_sdr_min });
         }
         if self.t_sdr_max.0 <= self.t_sdr_min.0 || self.t_sdr_max.0 > 1023 {
             return Err(BusParamsError::MaxTsdr {
@@ -361,10 +350,7 @@ mod tests {
             change(&mut params);
             params.validate().unwrap_err()
         };
-        assert_eq!(
-            with(|p| p.retry_limit = 9),
-            BusParamsError::RetryLimit { got: 9 }
-        );
+        assert_eq!(with(|p| p.retry_limit = 9), BusParamsError::RetryLimit { got: 9 });
         assert_eq!(
             with(|p| p.t_sl = BitTimes(853)),
             // 800 + 11 + 43
@@ -373,22 +359,10 @@ mod tests {
                 got: BitTimes(853)
             }
         );
-        assert!(matches!(
-            with(|p| p.t_id1 = BitTimes(75)),
-            BusParamsError::Tid1 { .. }
-        ));
-        assert!(matches!(
-            with(|p| p.t_id2 = BitTimes(799)),
-            BusParamsError::Tid2 { .. }
-        ));
-        assert!(matches!(
-            with(|p| p.t_qui = BitTimes(11)),
-            BusParamsError::Tqui { .. }
-        ));
-        assert!(matches!(
-            with(|p| p.t_rdy = BitTimes(12)),
-            BusParamsError::Trdy { .. }
-        ));
+        assert!(matches!(with(|p| p.t_id1 = BitTimes(75)), BusParamsError::Tid1 { .. }));
+        assert!(matches!(with(|p| p.t_id2 = BitTimes(799)), BusParamsError::Tid2 { .. }));
+        assert!(matches!(with(|p| p.t_qui = BitTimes(11)), BusParamsError::Tqui { .. }));
+        assert!(matches!(with(|p| p.t_rdy = BitTimes(12)), BusParamsError::Trdy { .. }));
         assert!(matches!(
             with(|p| p.t_sdr_max = BitTimes(11)),
             BusParamsError::MaxTsdr { .. }

@@ -6,10 +6,7 @@ use super::timers::{Timer, Timers};
 use crate::address::Address;
 use crate::station::{LineError, MAX_TELEGRAM};
 use crate::time::{Baud, BitTimes, Duration, Instant};
-use crate::wire::{
-    Decoded, Decoder, FunctionCode, Header, RequestFunction, ResponseFunction, StationType,
-    Telegram,
-};
+use crate::wire::{Decoded, Decoder, FunctionCode, Header, RequestFunction, ResponseFunction, StationType, Telegram};
 
 /// What stands behind a responder and carries requests out.
 pub trait ResponderUser {
@@ -103,12 +100,7 @@ impl Responder {
     }
 
     /// See [`Station::handle_line_error`](crate::station::Station::handle_line_error).
-    pub fn handle_line_error<U: ResponderUser>(
-        &mut self,
-        now: Instant,
-        error: LineError,
-        user: &mut U,
-    ) {
+    pub fn handle_line_error<U: ResponderUser>(&mut self, now: Instant, error: LineError, user: &mut U) {
         self.notice(now, 1);
         self.core.statistics.line_errors += 1;
         // What follows the spoiled character is no start of a telegram, whatever it looks like.
@@ -143,10 +135,7 @@ impl Responder {
         core.timers.stop(Timer::Pause);
         core.due = false;
         let begin = now - core.baud.characters(characters);
-        if core
-            .last_end
-            .is_none_or(|end| end + core.idle_after <= begin)
-        {
+        if core.last_end.is_none_or(|end| end + core.idle_after <= begin) {
             self.decoder.idle();
             core.synchronised = true;
         }
@@ -183,13 +172,7 @@ impl Core {
         }
     }
 
-    fn handle_telegram<U: ResponderUser>(
-        &mut self,
-        now: Instant,
-        header: &Header,
-        data: &[u8],
-        user: &mut U,
-    ) {
+    fn handle_telegram<U: ResponderUser>(&mut self, now: Instant, header: &Header, data: &[u8], user: &mut U) {
         let FunctionCode::Request { function, .. } = header.fc else {
             return;
         };
@@ -208,22 +191,21 @@ impl Core {
                 self.answer(header, Response::Refuse(ResponseFunction::Ok));
                 self.schedule(now, user.t_sdr());
             }
-            RequestFunction::SdaLow
-            | RequestFunction::SdaHigh
-            | RequestFunction::SrdLow
-            | RequestFunction::SrdHigh => match self.guard.judge(header, data) {
-                Novelty::Repetition => {
-                    self.statistics.repetitions += 1;
-                    user.handle_repetition(now, header);
-                    self.schedule(now, user.t_sdr());
+            RequestFunction::SdaLow | RequestFunction::SdaHigh | RequestFunction::SrdLow | RequestFunction::SrdHigh => {
+                match self.guard.judge(header, data) {
+                    Novelty::Repetition => {
+                        self.statistics.repetitions += 1;
+                        user.handle_repetition(now, header);
+                        self.schedule(now, user.t_sdr());
+                    }
+                    Novelty::New => {
+                        self.statistics.requests += 1;
+                        let response = user.handle_request(now, header, data);
+                        self.answer(header, response);
+                        self.schedule(now, user.t_sdr());
+                    }
                 }
-                Novelty::New => {
-                    self.statistics.requests += 1;
-                    let response = user.handle_request(now, header, data);
-                    self.answer(header, response);
-                    self.schedule(now, user.t_sdr());
-                }
-            },
+            }
             RequestFunction::Ident | RequestFunction::LsapStatus => {
                 self.statistics.requests += 1;
                 self.answer(header, Response::Refuse(ResponseFunction::NoService));
@@ -266,8 +248,7 @@ impl Core {
 
     fn schedule(&mut self, now: Instant, t_sdr: BitTimes) {
         if self.reply_len > 0 {
-            self.timers
-                .start(Timer::Pause, now + self.baud.duration(t_sdr));
+            self.timers.start(Timer::Pause, now + self.baud.duration(t_sdr));
         }
     }
 }

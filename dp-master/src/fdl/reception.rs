@@ -41,12 +41,7 @@ impl Reception {
 
     /// More characters of the same transmission.
     pub(super) fn extend(&mut self, octets: &[u8]) {
-        for (slot, &octet) in self
-            .head
-            .iter_mut()
-            .skip(self.characters)
-            .zip(octets.iter())
-        {
+        for (slot, &octet) in self.head.iter_mut().skip(self.characters).zip(octets.iter()) {
             *slot = Some(octet);
         }
         self.characters += octets.len();
@@ -99,9 +94,6 @@ mod tests {
         let baud = Baud::B500000;
         let mut reception = Reception::begin_spoiled(Instant::ZERO);
         reception.extend(&[0x05, 0x05]);
-        assert_eq!(
-            reception.end(baud),
-            Instant::ZERO + Duration::from_micros(254 * 22)
-        );
+        assert_eq!(reception.end(baud), Instant::ZERO + Duration::from_micros(254 * 22));
     }
 }

@@ -236,12 +236,7 @@ impl ActiveStation {
     }
 
     /// See [`Station::handle_line_error`](crate::station::Station::handle_line_error).
-    pub fn handle_line_error<U: TokenUser>(
-        &mut self,
-        now: Instant,
-        error: LineError,
-        user: &mut U,
-    ) {
+    pub fn handle_line_error<U: TokenUser>(&mut self, now: Instant, error: LineError, user: &mut U) {
         self.notice_gap(now, 1);
         let Self { decoder, core } = self;
         core.statistics.line_errors += 1;
@@ -385,11 +380,7 @@ impl Core {
             None => now,
         };
         let until = end + self.params.latency_allowance + self.times.id1;
-        if self
-            .timers
-            .deadline(Timer::Pause)
-            .is_none_or(|at| at < until)
-        {
+        if self.timers.deadline(Timer::Pause).is_none_or(|at| at < until) {
             self.timers.start(Timer::Pause, until);
         }
     }
@@ -419,10 +410,7 @@ impl Core {
                 }
             }
             Telegram::Data { header, data } => {
-                if self.state == State::AwaitReply
-                    && header.sa == self.request.peer
-                    && header.da == self.address
-                {
+                if self.state == State::AwaitReply && header.sa == self.request.peer && header.da == self.address {
                     self.succeed(now, Outcome::Response { header, data }, user);
                 } else {
                     self.reject();
@@ -465,9 +453,7 @@ impl Core {
     fn yield_to<U: TokenUser>(&mut self, now: Instant, master: Address, user: &mut U) {
         let busy = matches!(
             self.state,
-            State::AwaitReply
-                | State::Idle(Next::Repeat)
-                | State::Sending(Sending::Request | Sending::Unacknowledged)
+            State::AwaitReply | State::Idle(Next::Repeat) | State::Sending(Sending::Request | Sending::Unacknowledged)
         );
         let held = self.state != State::ListenToken;
         self.state = State::ListenToken;
@@ -577,20 +563,10 @@ impl Core {
         }
     }
 
-    fn use_token<U: TokenUser>(
-        &mut self,
-        now: Instant,
-        buf: &mut [u8; MAX_TELEGRAM],
-        user: &mut U,
-    ) -> Option<usize> {
+    fn use_token<U: TokenUser>(&mut self, now: Instant, buf: &mut [u8; MAX_TELEGRAM], user: &mut U) -> Option<usize> {
         match user.next_action(now) {
-            Action::Send {
-                header,
-                data,
-                repeat,
-            } => {
-                let Ok(len) = (Telegram::Data { header, data }).encode(&mut self.request.octets)
-                else {
+            Action::Send { header, data, repeat } => {
+                let Ok(len) = (Telegram::Data { header, data }).encode(&mut self.request.octets) else {
                     // Only a user that exceeds a telegram gets here; asking it again at once would never end.
                     self.timers.start(Timer::Pause, now + self.times.slot);
                     let outcome = Outcome::NoAnswer;
@@ -617,8 +593,7 @@ impl Core {
                 let keep = self.line_free + self.times.keep;
                 if until <= now {
                     // Never a deadline that has passed.
-                    self.timers
-                        .start(Timer::Pause, now + Duration::from_nanos(1));
+                    self.timers.start(Timer::Pause, now + Duration::from_nanos(1));
                 } else if keep <= now {
                     return self.send_token(buf, Next::UseToken);
                 } else if keep < until {

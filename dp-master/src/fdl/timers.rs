@@ -19,13 +19,7 @@ pub enum Timer {
 
 impl Timer {
     /// All of them, in the order in which they are served when due together.
-    pub const ALL: [Self; 5] = [
-        Self::Pause,
-        Self::Slot,
-        Self::Reception,
-        Self::Token,
-        Self::Watchdog,
-    ];
+    pub const ALL: [Self; 5] = [Self::Pause, Self::Slot, Self::Reception, Self::Token, Self::Watchdog];
 }
 
 /// The deadlines of one station.

@@ -50,9 +50,7 @@ impl Disturbance {
     /// [`DisturbanceError::Rate`] outside 0…1 and for NaN.
     pub fn new(seed: u64, bit_error_rate: f64) -> Result<Self, DisturbanceError> {
         if !(0.0..=1.0).contains(&bit_error_rate) {
-            return Err(DisturbanceError::Rate {
-                got: bit_error_rate,
-            });
+            return Err(DisturbanceError::Rate { got: bit_error_rate });
         }
         let mut this = Self {
             rng: Pcg64Mcg::seed_from_u64(seed),
@@ -192,8 +190,7 @@ fn ln(x: f64) -> f64 {
         mantissa *= 0.5;
         exponent += 1;
     }
-    2.0 * atanh_series((mantissa - 1.0) / (mantissa + 1.0))
-        + exponent as f64 * core::f64::consts::LN_2
+    2.0 * atanh_series((mantissa - 1.0) / (mantissa + 1.0)) + exponent as f64 * core::f64::consts::LN_2
 }
 
 /// artanh(s) = s + s³/3 + s⁵/5 + … for |s| ≤ 0.172: the twelfth term is below 10⁻¹⁸.

@@ -110,11 +110,7 @@ impl Police {
             }
             Kind::Malformed => self.broken(now, port, Rule::Malformed, octets.len() as u64),
         }
-        self.asked_by = (kind
-            == Kind::Request {
-                expects_reply: true,
-            })
-        .then_some(port);
+        self.asked_by = (kind == Kind::Request { expects_reply: true }).then_some(port);
         self.quiet_since = self.quiet_since.max(Some(end));
     }
 
@@ -147,9 +143,7 @@ fn classify(octets: &[u8]) -> Kind {
     let (fc, length) = match *octets {
         [SC] => return Kind::Reply,
         [SD4, _, _] => {
-            return Kind::Request {
-                expects_reply: false,
-            };
+            return Kind::Request { expects_reply: false };
         }
         [SD1, _, _, fc, ..] => (fc, 6),
         [SD3, _, _, fc, ..] => (fc, 14),

@@ -115,9 +115,7 @@ impl PortError {
     #[must_use]
     pub const fn kind(&self) -> PortErrorKind {
         match self {
-            Self::NoSuchPort { .. } | Self::NotASerialPort { .. } | Self::LinkTaken { .. } => {
-                PortErrorKind::NotFound
-            }
+            Self::NoSuchPort { .. } | Self::NotASerialPort { .. } | Self::LinkTaken { .. } => PortErrorKind::NotFound,
             Self::Busy { .. } => PortErrorKind::Busy,
             Self::Permission { .. } => PortErrorKind::Permission,
             Self::BaudRefused { .. } => PortErrorKind::Baud,

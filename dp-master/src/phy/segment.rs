@@ -16,11 +16,7 @@ use crate::time::Instant;
 ///
 /// In debug builds, when a station names a timeout that is not later than the one just handled, which would never end. Other builds leave
 /// the call at that point.
-pub fn pump(
-    bus: &mut VirtualBus,
-    now: Instant,
-    stations: &mut [(PortId, &mut dyn Station)],
-) -> Option<Instant> {
+pub fn pump(bus: &mut VirtualBus, now: Instant, stations: &mut [(PortId, &mut dyn Station)]) -> Option<Instant> {
     let mut buf = [0; MAX_TELEGRAM];
     let quiet_until = loop {
         let (line, timer) = (bus.poll_timeout(), earliest_timeout(stations));
@@ -30,10 +26,7 @@ pub fn pump(
             }
             (_, Some(at)) if at <= now => {
                 if expire(bus, at, stations, &mut buf) == Progress::Stuck {
-                    debug_assert!(
-                        false,
-                        "a timeout was not later than the one handled at {at}"
-                    );
+                    debug_assert!(false, "a timeout was not later than the one handled at {at}");
                     return Some(at);
                 }
             }
@@ -44,28 +37,18 @@ pub fn pump(
     for (port, station) in stations.iter_mut() {
         sent |= send(bus, now, *port, *station, &mut buf);
     }
-    if sent {
-        next_wakeup(bus, stations)
-    } else {
-        quiet_until
-    }
+    if sent { next_wakeup(bus, stations) } else { quiet_until }
 }
 
 /// When the line or a station has something to do next.
 #[must_use]
 pub fn next_wakeup(bus: &VirtualBus, stations: &[(PortId, &mut dyn Station)]) -> Option<Instant> {
-    bus.poll_timeout()
-        .into_iter()
-        .chain(earliest_timeout(stations))
-        .min()
+    bus.poll_timeout().into_iter().chain(earliest_timeout(stations)).min()
 }
 
 #[inline]
 fn earliest_timeout(stations: &[(PortId, &mut dyn Station)]) -> Option<Instant> {
-    stations
-        .iter()
-        .filter_map(|(_, station)| station.poll_timeout())
-        .min()
+    stations.iter().filter_map(|(_, station)| station.poll_timeout()).min()
 }
 
 /// Tells the stations what the line has for them up to `at`.
@@ -120,10 +103,7 @@ fn expire(
 
 /// The station on a port; its place in the slice is usually the number of the port.
 #[inline]
-fn find<'a>(
-    stations: &'a mut [(PortId, &mut dyn Station)],
-    port: PortId,
-) -> Option<&'a mut dyn Station> {
+fn find<'a>(stations: &'a mut [(PortId, &mut dyn Station)], port: PortId) -> Option<&'a mut dyn Station> {
     let place = match stations.get(port.index()) {
         Some((here, _)) if *here == port => port.index(),
         _ => stations.iter().position(|(here, _)| *here == port)?,
@@ -145,10 +125,7 @@ fn send(
     if bus.is_sending(port) {
         return false;
     }
-    let Some(octets) = station
-        .poll_transmit(at, buf)
-        .and_then(|length| buf.get(..length))
-    else {
+    let Some(octets) = station.poll_transmit(at, buf).and_then(|length| buf.get(..length)) else {
         return false;
     };
     bus.transmit(at, port, octets);

@@ -90,11 +90,7 @@ impl SerialLine {
     ///
     /// [`PortError::NoSuchPort`], [`PortError::NotASerialPort`], [`PortError::Busy`], [`PortError::Permission`],
     /// [`PortError::BaudRefused`] when the adapter is more than 2 % off, and [`PortError::Io`] for anything else.
-    pub fn open(
-        path: impl AsRef<Path>,
-        baud: Baud,
-        options: SerialOptions,
-    ) -> Result<Self, PortError> {
+    pub fn open(path: impl AsRef<Path>, baud: Baud, options: SerialOptions) -> Result<Self, PortError> {
         let path = path.as_ref();
         check_path(path)?;
         let pseudo = is_pseudo_terminal(path);
@@ -242,16 +238,9 @@ fn check_path(path: &Path) -> Result<(), PortError> {
     match std::fs::metadata(path) {
         Ok(metadata) if metadata.file_type().is_char_device() => Ok(()),
         Ok(_) => Err(PortError::NotASerialPort { path: owned() }),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            Err(PortError::NoSuchPort { path: owned() })
-        }
-        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
-            Err(PortError::Permission { path: owned() })
-        }
-        Err(source) => Err(PortError::Io {
-            path: owned(),
-            source,
-        }),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(PortError::NoSuchPort { path: owned() }),
+        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Err(PortError::Permission { path: owned() }),
+        Err(source) => Err(PortError::Io { path: owned(), source }),
     }
 }
 
@@ -277,9 +266,7 @@ fn not_opened(path: &Path, baud: Baud, error: serialport::Error) -> PortError {
             offered: 0,
         },
         // A character device that is no terminal: the text of ENOTTY is all that is left of the cause.
-        ErrorKind::Unknown
-            if error.description.contains("typewriter") || error.description.contains("ioctl") =>
-        {
+        ErrorKind::Unknown if error.description.contains("typewriter") || error.description.contains("ioctl") => {
             PortError::NotASerialPort { path }
         }
         _ => PortError::Io {

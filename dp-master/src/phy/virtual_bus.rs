@@ -61,9 +61,7 @@ impl BusEvent<'_> {
     #[must_use]
     pub const fn port(&self) -> PortId {
         match self {
-            Self::Sent { port, .. } | Self::Octets { port, .. } | Self::LineError { port, .. } => {
-                *port
-            }
+            Self::Sent { port, .. } | Self::Octets { port, .. } | Self::LineError { port, .. } => *port,
         }
     }
 }
@@ -297,13 +295,7 @@ impl VirtualBus {
             });
         }
         if !self.scripts.is_empty() {
-            play_scripts(
-                &mut self.scripts,
-                number,
-                self.baud,
-                burst,
-                &mut self.statistics,
-            );
+            play_scripts(&mut self.scripts, number, self.baud, burst, &mut self.statistics);
         }
         if burst.on_line {
             // Judged by what was sent, not by what a disturbance made of it.
@@ -313,9 +305,7 @@ impl VirtualBus {
             }
         } else {
             burst.marks.clear();
-            burst
-                .marks
-                .extend((0..octets.len()).map(|index| (index, Mark::Lost)));
+            burst.marks.extend((0..octets.len()).map(|index| (index, Mark::Lost)));
             self.statistics.spoiled = spoiled_before;
             self.statistics.lost += octets.len() as u64;
         }
@@ -407,9 +397,7 @@ impl VirtualBus {
     #[inline]
     fn hears(&self, receiver: usize, sender: usize, run: &Run) -> bool {
         let port = &self.ports[receiver];
-        if port.connection == Connection::Disconnected
-            || self.ports[sender].connection == Connection::Disconnected
-        {
+        if port.connection == Connection::Disconnected || self.ports[sender].connection == Connection::Disconnected {
             return false;
         }
         // Only collisions overlap, so the comparison is not needed otherwise.
@@ -501,13 +489,7 @@ impl Burst {
 
 /// Does to a burst what the scripts say, and forgets those that have had their turn.
 #[cold]
-fn play_scripts(
-    scripts: &mut Vec<Script>,
-    number: u64,
-    baud: Baud,
-    burst: &mut Burst,
-    statistics: &mut Statistics,
-) {
+fn play_scripts(scripts: &mut Vec<Script>, number: u64, baud: Baud, burst: &mut Burst, statistics: &mut Statistics) {
     let (start, length) = (burst.start, burst.octets.len());
     scripts.retain(|script| match *script {
         Script::Drop { burst: wanted } if wanted == number => {
@@ -546,9 +528,9 @@ fn play_scripts(
             }
             start < to
         }
-        Script::Drop { burst: wanted }
-        | Script::Spoil { burst: wanted, .. }
-        | Script::Flip { burst: wanted, .. } => wanted > number,
+        Script::Drop { burst: wanted } | Script::Spoil { burst: wanted, .. } | Script::Flip { burst: wanted, .. } => {
+            wanted > number
+        }
     });
 }
 

@@ -343,30 +343,12 @@ mod tests {
     fn the_codes_of_dp_are_those_of_the_standard() {
         // IEC 61158-4-3: SRD high with FCB alternating is 5D / 7D, first contact 6D (low: 4C…7C), FDL status 49, SDN high 46.
         let cases = [
-            (
-                0x5D,
-                FunctionCode::request(Fcb::Low, RequestFunction::SrdHigh),
-            ),
-            (
-                0x7D,
-                FunctionCode::request(Fcb::High, RequestFunction::SrdHigh),
-            ),
-            (
-                0x6D,
-                FunctionCode::request(Fcb::First, RequestFunction::SrdHigh),
-            ),
-            (
-                0x5C,
-                FunctionCode::request(Fcb::Low, RequestFunction::SrdLow),
-            ),
-            (
-                0x49,
-                FunctionCode::request(Fcb::Inactive, RequestFunction::FdlStatus),
-            ),
-            (
-                0x46,
-                FunctionCode::request(Fcb::Inactive, RequestFunction::SdnHigh),
-            ),
+            (0x5D, FunctionCode::request(Fcb::Low, RequestFunction::SrdHigh)),
+            (0x7D, FunctionCode::request(Fcb::High, RequestFunction::SrdHigh)),
+            (0x6D, FunctionCode::request(Fcb::First, RequestFunction::SrdHigh)),
+            (0x5C, FunctionCode::request(Fcb::Low, RequestFunction::SrdLow)),
+            (0x49, FunctionCode::request(Fcb::Inactive, RequestFunction::FdlStatus)),
+            (0x46, FunctionCode::request(Fcb::Inactive, RequestFunction::SdnHigh)),
             (
                 0x08,
                 FunctionCode::response(StationType::Slave, ResponseFunction::DataLow),
@@ -375,10 +357,7 @@ mod tests {
                 0x0A,
                 FunctionCode::response(StationType::Slave, ResponseFunction::DataHigh),
             ),
-            (
-                0x00,
-                FunctionCode::response(StationType::Slave, ResponseFunction::Ok),
-            ),
+            (0x00, FunctionCode::response(StationType::Slave, ResponseFunction::Ok)),
             (
                 0x10,
                 FunctionCode::response(StationType::MasterNotReady, ResponseFunction::Ok),
@@ -391,10 +370,7 @@ mod tests {
                 0x30,
                 FunctionCode::response(StationType::MasterInRing, ResponseFunction::Ok),
             ),
-            (
-                0xC0,
-                FunctionCode::request(Fcb::Inactive, RequestFunction::ClockValue),
-            ),
+            (0xC0, FunctionCode::request(Fcb::Inactive, RequestFunction::ClockValue)),
         ];
         for (octet, fc) in cases {
             assert_eq!(FunctionCode::from_octet(octet), fc);

@@ -2,8 +2,7 @@
 
 use super::telegram::MAX_SAP;
 use super::{
-    ED, EXTENSION, FunctionCode, Header, MAX_LE, MIN_LE, SC, SD1, SD2, SD3, SD3_DATA, SD4,
-    Telegram, checksum,
+    ED, EXTENSION, FunctionCode, Header, MAX_LE, MIN_LE, SC, SD1, SD2, SD3, SD3_DATA, SD4, Telegram, checksum,
 };
 use crate::address::Address;
 use crate::station::{LineError, MAX_TELEGRAM};
@@ -156,11 +155,7 @@ fn decode_variable(octets: &[u8]) -> Result<(Telegram<'_>, usize), DecodeError> 
 
 /// DA, SA, FC, `length` data octets, FCS and ED, with DA at index `at`.
 #[inline]
-fn decode_body(
-    octets: &[u8],
-    at: usize,
-    length: usize,
-) -> Result<(Telegram<'_>, usize), DecodeError> {
+fn decode_body(octets: &[u8], at: usize, length: usize) -> Result<(Telegram<'_>, usize), DecodeError> {
     let total = at + 3 + length + 2;
     let Some(body) = octets.get(at..total) else {
         return Err(DecodeError::Incomplete);
@@ -173,19 +168,12 @@ fn decode_body(
     };
     let expected = checksum(covered);
     if *fcs != expected {
-        return Err(DiscardReason::Checksum {
-            expected,
-            got: *fcs,
-        }
-        .into());
+        return Err(DiscardReason::Checksum { expected, got: *fcs }.into());
     }
     if *ed != ED {
         return Err(DiscardReason::EndDelimiter { got: *ed }.into());
     }
-    let (da, sa) = (
-        Address::from_low_bits(*da_octet),
-        Address::from_low_bits(*sa_octet),
-    );
+    let (da, sa) = (Address::from_low_bits(*da_octet), Address::from_low_bits(*sa_octet));
     if sa.is_broadcast() {
         return Err(DiscardReason::Address { got: *sa_octet }.into());
     }
@@ -263,9 +251,7 @@ impl Decoder {
         let mut rest = octets;
         while self.len > 0 && !rest.is_empty() {
             // Take only what the telegram in front needs, so that the rest can be read where it stands.
-            let missing = wanted(&self.partial[..self.len])
-                .saturating_sub(self.len)
-                .max(1);
+            let missing = wanted(&self.partial[..self.len]).saturating_sub(self.len).max(1);
             let take = missing.min(rest.len()).min(MAX_TELEGRAM - self.len);
             let (head, tail) = rest.split_at(take);
             self.partial[self.len..self.len + take].copy_from_slice(head);
@@ -358,19 +344,13 @@ impl Decoder {
                 passed += core::mem::take(&mut lost);
             }
             self.synchronised = false;
-            sink(Decoded::Discarded {
-                reason,
-                octets: passed,
-            });
+            sink(Decoded::Discarded { reason, octets: passed });
         }
         if let Some((reason, _)) = end
             && lost > 0
         {
             self.synchronised = false;
-            sink(Decoded::Discarded {
-                reason,
-                octets: lost,
-            });
+            sink(Decoded::Discarded { reason, octets: lost });
         }
         if start > 0 {
             self.partial.copy_within(start..self.len, 0);

@@ -189,29 +189,15 @@ enum Sd3 {
 }
 
 #[inline]
-fn write_data(
-    header: &Header,
-    data: &[u8],
-    buf: &mut [u8; MAX_TELEGRAM],
-    sd3: Sd3,
-) -> Result<usize, EncodeError> {
-    let Header {
-        da,
-        sa,
-        dsap,
-        ssap,
-        fc,
-    } = *header;
+fn write_data(header: &Header, data: &[u8], buf: &mut [u8; MAX_TELEGRAM], sd3: Sd3) -> Result<usize, EncodeError> {
+    let Header { da, sa, dsap, ssap, fc } = *header;
     if sa.is_broadcast() {
         return Err(EncodeError::Broadcast);
     }
     let extensions = usize::from(dsap.is_some()) + usize::from(ssap.is_some());
     let max = MAX_DATA - extensions;
     if data.len() > max {
-        return Err(EncodeError::DataTooLong {
-            max,
-            got: data.len(),
-        });
+        return Err(EncodeError::DataTooLong { max, got: data.len() });
     }
     let length = extensions + data.len();
 

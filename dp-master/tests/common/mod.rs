@@ -3,8 +3,8 @@
 
 use dp_master::address::Address;
 use dp_master::dp::{
-    AcceptedConfigurations, DpMaster, DpSlave, MasterConfig, MasterEvent, SlaveConfig, SlaveEvent,
-    SlaveIdentity, SlaveIndex,
+    AcceptedConfigurations, DpMaster, DpSlave, MasterConfig, MasterEvent, SlaveConfig, SlaveEvent, SlaveIdentity,
+    SlaveIndex,
 };
 use dp_master::fdl::BusParams;
 use dp_master::phy::{PortId, VirtualBus, next_wakeup, pump};
@@ -44,9 +44,7 @@ impl Tap {
     fn hear(&mut self, now: Instant, characters: &[Option<u8>]) {
         let begin = now - self.baud.characters(characters.len());
         // Rounding makes a character up to a nanosecond longer or shorter; the least pause between telegrams is 11 bits.
-        if self.log.is_empty()
-            || begin > self.last_end + self.baud.characters(1) - Duration::from_nanos(2)
-        {
+        if self.log.is_empty() || begin > self.last_end + self.baud.characters(1) - Duration::from_nanos(2) {
             self.log.push(String::new());
             self.times.push(begin);
         }
@@ -103,10 +101,7 @@ impl Line {
     pub(crate) fn with_config(config: MasterConfig, slaves: &[SlaveConfig]) -> Self {
         let baud = config.params.baud;
         let mut master = DpMaster::new(config).unwrap();
-        let indices = slaves
-            .iter()
-            .map(|slave| master.add_slave(*slave).unwrap())
-            .collect();
+        let indices = slaves.iter().map(|slave| master.add_slave(*slave).unwrap()).collect();
         let mut bus = VirtualBus::new(baud);
         let master_port = bus.attach();
         let tap_port = bus.attach();
@@ -157,8 +152,7 @@ impl Line {
             tap_port,
             ..
         } = self;
-        let mut stations: Vec<(PortId, &mut dyn Station)> =
-            vec![(*master_port, master), (*tap_port, tap)];
+        let mut stations: Vec<(PortId, &mut dyn Station)> = vec![(*master_port, master), (*tap_port, tap)];
         for (slave, port) in slaves.iter_mut().zip(slave_ports.iter()) {
             stations.push((*port, slave));
         }

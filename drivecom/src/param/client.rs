@@ -74,9 +74,7 @@ pub enum RequestError {
         cycles: u32,
     },
     /// The handshake came back, but every time with the answer to something else.
-    #[error(
-        "{job}: expected its index and subindex in the answer, got {answer} in {attempts} attempts"
-    )]
+    #[error("{job}: expected its index and subindex in the answer, got {answer} in {attempts} attempts")]
     NotDelivered {
         /// The job.
         job: Job,
@@ -193,11 +191,7 @@ impl Client {
             Phase::Draining { job } => self.drain(job, received),
             Phase::Clearing { job, left } => self.clear(job, left),
             Phase::Due { .. } => {}
-            Phase::Waiting {
-                job,
-                attempt,
-                waited,
-            } => self.wait(job, attempt, waited, received),
+            Phase::Waiting { job, attempt, waited } => self.wait(job, attempt, waited, received),
         }
         // Whatever led here in this cycle, a job that is due goes out at once.
         if let Phase::Due { job, attempt } = self.phase {
@@ -237,11 +231,7 @@ impl Client {
     fn watch_the_unanswered(&mut self, received: &Frame) {
         if let Some(cycles) = self.unanswered {
             let answered = received.service().handshake() == self.sent.service().handshake();
-            self.unanswered = if answered {
-                None
-            } else {
-                Some(cycles.saturating_add(1))
-            };
+            self.unanswered = if answered { None } else { Some(cycles.saturating_add(1)) };
         }
     }
 
@@ -250,8 +240,7 @@ impl Client {
             None => self.phase = Phase::Due { job, attempt: 1 },
             Some(cycles) if cycles >= self.options.timeout_cycles => {
                 self.unanswered = None;
-                self.sent = Frame::EMPTY
-                    .with_service(Service(0).with_handshake(received.service().handshake()));
+                self.sent = Frame::EMPTY.with_service(Service(0).with_handshake(received.service().handshake()));
                 self.phase = Phase::Clearing {
                     job,
                     left: self.options.clearing_cycles,
@@ -272,17 +261,10 @@ impl Client {
         if received.service().handshake() != self.sent.service().handshake() {
             let waited = waited.saturating_add(1);
             if waited < self.options.timeout_cycles {
-                self.phase = Phase::Waiting {
-                    job,
-                    attempt,
-                    waited,
-                };
+                self.phase = Phase::Waiting { job, attempt, waited };
             } else {
                 self.unanswered = Some(0);
-                self.finish(Err(RequestError::Timeout {
-                    job,
-                    cycles: waited,
-                }));
+                self.finish(Err(RequestError::Timeout { job, cycles: waited }));
             }
         } else if self.belongs_to(job, attempt, received) {
             self.finish(Ok(match received.error() {

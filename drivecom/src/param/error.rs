@@ -87,18 +87,9 @@ impl ErrorCode {
         (Self::UNKNOWN_OBJECT, "object does not exist"),
         (Self::TYPE_MISMATCH, "data types do not match"),
         (Self::NOT_EXECUTABLE, "job cannot be executed"),
-        (
-            Self::NOT_EXECUTABLE_NOW,
-            "job cannot be executed at present",
-        ),
-        (
-            Self::LOCAL_CONTROL,
-            "job cannot be executed because of local control",
-        ),
-        (
-            Self::DEVICE_STATE,
-            "job cannot be executed because of the device state",
-        ),
+        (Self::NOT_EXECUTABLE_NOW, "job cannot be executed at present"),
+        (Self::LOCAL_CONTROL, "job cannot be executed because of local control"),
+        (Self::DEVICE_STATE, "job cannot be executed because of the device state"),
         (
             Self::OUT_OF_RANGE_OR_NOT_INHIBITED,
             "value outside its range, or code writable only while inhibited",
@@ -109,10 +100,7 @@ impl ErrorCode {
         (Self::SUB_TOO_HIGH, "sub-parameter too high"),
         (Self::SUB_TOO_LOW, "sub-parameter too low"),
         (Self::MAX_BELOW_MIN, "maximum smaller than minimum"),
-        (
-            Self::NOT_MAPPABLE,
-            "object cannot be mapped to process data",
-        ),
+        (Self::NOT_MAPPABLE, "object cannot be mapped to process data"),
         (Self::MAPPING_TOO_LONG, "process data length exceeded"),
         (Self::COLLISION, "collision with other values"),
     ];

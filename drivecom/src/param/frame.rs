@@ -199,10 +199,7 @@ mod tests {
     fn the_manuals_example_has_these_octets() {
         let service = Service::new(Service::WRITE, DataLength::Four);
         let frame = Frame::new(service, 1, 0x5FD8, DataLength::Four.write(1_504_000));
-        assert_eq!(
-            frame,
-            Frame([0x32, 0x01, 0x5F, 0xD8, 0x00, 0x16, 0xF3, 0x00])
-        );
+        assert_eq!(frame, Frame([0x32, 0x01, 0x5F, 0xD8, 0x00, 0x16, 0xF3, 0x00]));
         assert_eq!(frame.to_string(), "32 01 5F D8 00 16 F3 00");
     }
 

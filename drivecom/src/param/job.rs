@@ -147,18 +147,9 @@ mod tests {
                 Job::write(code(1301), Subcode(1), 12_000_000),
                 [0x32, 1, 0x5A, 0xEA, 0x00, 0xB7, 0x1B, 0x00],
             ),
-            (
-                Job::read(code(1204), Subcode::NONE),
-                [0x31, 0, 0x5B, 0x4B, 0, 0, 0, 0],
-            ),
-            (
-                Job::read(code(1202), Subcode::NONE),
-                [0x31, 0, 0x5B, 0x4D, 0, 0, 0, 0],
-            ),
-            (
-                Job::read(code(1203), Subcode::NONE),
-                [0x31, 0, 0x5B, 0x4C, 0, 0, 0, 0],
-            ),
+            (Job::read(code(1204), Subcode::NONE), [0x31, 0, 0x5B, 0x4B, 0, 0, 0, 0]),
+            (Job::read(code(1202), Subcode::NONE), [0x31, 0, 0x5B, 0x4D, 0, 0, 0, 0]),
+            (Job::read(code(1203), Subcode::NONE), [0x31, 0, 0x5B, 0x4C, 0, 0, 0, 0]),
         ];
         for (job, mut octets) in cases {
             assert_eq!(job.request(false), Frame(octets), "{job}");
@@ -170,16 +161,10 @@ mod tests {
     #[test]
     fn a_length_other_than_the_codes_is_refused_by_its_direction() {
         let mut job = Job::read(code(150), Subcode::NONE);
-        assert_eq!(
-            job.check_length(DataLength::Two),
-            Err(ErrorCode::DATA_TOO_LONG)
-        );
+        assert_eq!(job.check_length(DataLength::Two), Err(ErrorCode::DATA_TOO_LONG));
         job.length = DataLength::Two;
         assert_eq!(job.check_length(DataLength::Two), Ok(()));
-        assert_eq!(
-            job.check_length(DataLength::Four),
-            Err(ErrorCode::DATA_TOO_SHORT)
-        );
+        assert_eq!(job.check_length(DataLength::Four), Err(ErrorCode::DATA_TOO_SHORT));
     }
 
     #[test]
@@ -195,10 +180,7 @@ mod tests {
 
     #[test]
     fn a_job_prints_as_an_engineer_says_it() {
-        assert_eq!(
-            Job::read(code(1204), Subcode::NONE).to_string(),
-            "read C1204"
-        );
+        assert_eq!(Job::read(code(1204), Subcode::NONE).to_string(), "read C1204");
         assert_eq!(
             Job::write(code(1301), Subcode(1), 12_000_000).to_string(),
             "write C1301/1 := 12000000"

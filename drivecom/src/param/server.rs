@@ -157,10 +157,7 @@ impl Server {
             value: request.value(length),
             length,
         };
-        self.running = Some(Running {
-            job,
-            request: *request,
-        });
+        self.running = Some(Running { job, request: *request });
         ServerAction::Start(job)
     }
 
@@ -193,9 +190,7 @@ impl Server {
     #[must_use]
     pub const fn answer(&self) -> Frame {
         match self.answered {
-            Answered::Nothing { handshake } => {
-                Frame::EMPTY.with_service(Service(0).with_handshake(handshake))
-            }
+            Answered::Nothing { handshake } => Frame::EMPTY.with_service(Service(0).with_handshake(handshake)),
             Answered::NoJob { request } => {
                 let service = Service(0).with_handshake(request.service().handshake());
                 Frame::new(service, request.subindex(), request.index(), [0; 4])
@@ -206,12 +201,7 @@ impl Server {
                     Ok(value) => (false, request.service().length().write(value)),
                     Err(code) => (true, code.to_data()),
                 };
-                Frame::new(
-                    service.with_error(error),
-                    request.subindex(),
-                    request.index(),
-                    data,
-                )
+                Frame::new(service.with_error(error), request.subindex(), request.index(), data)
             }
         }
     }

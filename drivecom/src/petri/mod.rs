@@ -12,7 +12,6 @@ mod render;
 
 pub use marking::{Marking, PLACES, Places};
 pub use net::{
-    Action, Firing, Guard, Net, NetContext, PARAMETER_NET, PARAMETER_TRANSITIONS, Puts,
-    RESET_MARKING, Transition,
+    Action, Firing, Guard, Net, NetContext, PARAMETER_NET, PARAMETER_TRANSITIONS, Puts, RESET_MARKING, Transition,
 };
 pub use render::{DotRendering, TableRendering};

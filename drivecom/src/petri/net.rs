@@ -150,11 +150,7 @@ impl Net<'_> {
     /// assert_eq!(marking.places().to_string(), "{6, 7, 10}");
     /// ```
     #[inline]
-    pub fn fire_cycle<C: NetContext + ?Sized>(
-        &self,
-        marking: &mut Marking,
-        context: &mut C,
-    ) -> Firing {
+    pub fn fire_cycle<C: NetContext + ?Sized>(&self, marking: &mut Marking, context: &mut C) -> Firing {
         let mut fired = 0_u16;
         for transition in self.transitions {
             if fire(transition, marking, context) {
@@ -177,22 +173,8 @@ pub const RESET_MARKING: Marking = Marking::new(Places::of(&[1, 10]));
 ///
 /// Source: film-feed specification, section 8, table of step 12.
 pub const PARAMETER_TRANSITIONS: [Transition; 13] = [
-    row(
-        1,
-        &[1],
-        &[2],
-        Guard::Always,
-        &[2],
-        Some(Action::PointToFirst),
-    ),
-    row(
-        2,
-        &[10],
-        &[11],
-        Guard::Always,
-        &[11],
-        Some(Action::LoadAddress),
-    ),
+    row(1, &[1], &[2], Guard::Always, &[2], Some(Action::PointToFirst)),
+    row(2, &[10], &[11], Guard::Always, &[11], Some(Action::LoadAddress)),
     row(3, &[2], &[3], Guard::TelegramIsRead, &[3], None),
     row(
         4,
@@ -218,24 +200,10 @@ pub const PARAMETER_TRANSITIONS: [Transition; 13] = [
         &[4, 7],
         Some(Action::SendServiceHandshakeSet),
     ),
-    row(
-        7,
-        &[4],
-        &[6],
-        Guard::Always,
-        &[6],
-        Some(Action::SendAddressing),
-    ),
+    row(7, &[4], &[6], Guard::Always, &[6], Some(Action::SendAddressing)),
     row(8, &[6, 5], &[9], Guard::HandshakeClear, &[9], None),
     row(9, &[6, 7], &[9], Guard::HandshakeSet, &[9], None),
-    row(
-        10,
-        &[9],
-        &[8],
-        Guard::TelegramIsRead,
-        &[8],
-        Some(Action::StoreReadData),
-    ),
+    row(10, &[9], &[8], Guard::TelegramIsRead, &[8], Some(Action::StoreReadData)),
     row(11, &[9], &[8], Guard::TelegramIsWrite, &[8], None),
     Transition {
         number: 12,
@@ -266,21 +234,13 @@ pub const PARAMETER_NET: Net<'static> = Net {
 };
 
 #[inline]
-fn fire<C: NetContext + ?Sized>(
-    transition: &Transition,
-    marking: &mut Marking,
-    context: &mut C,
-) -> bool {
+fn fire<C: NetContext + ?Sized>(transition: &Transition, marking: &mut Marking, context: &mut C) -> bool {
     if !transition.is_marked(*marking) || !holds(transition.guard, context) {
         return false;
     }
     let puts = match transition.puts {
         Puts::Places(places) => places,
-        Puts::Choice {
-            when,
-            then,
-            otherwise,
-        } => {
+        Puts::Choice { when, then, otherwise } => {
             if holds(when, context) {
                 then
             } else {

@@ -64,11 +64,7 @@ impl fmt::Display for TableRendering<'_> {
             )?;
             match t.puts {
                 Puts::Places(places) => write!(f, "{places}")?,
-                Puts::Choice {
-                    when,
-                    then,
-                    otherwise,
-                } => write!(f, "{then} if {}, else {otherwise}", when.text())?,
+                Puts::Choice { when, then, otherwise } => write!(f, "{then} if {}, else {otherwise}", when.text())?,
             }
             writeln!(f, " | {} |", t.action.map_or("–", Action::text))?;
         }
@@ -123,11 +119,7 @@ fn write_arcs(f: &mut fmt::Formatter<'_>, transition: &Transition) -> fmt::Resul
                 writeln!(f, "  t{n} -> p{place};")?;
             }
         }
-        Puts::Choice {
-            when,
-            then,
-            otherwise,
-        } => {
+        Puts::Choice { when, then, otherwise } => {
             for place in then.iter() {
                 writeln!(f, "  t{n} -> p{place} [label=\"{}\"];", when.text())?;
             }

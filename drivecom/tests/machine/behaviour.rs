@@ -1,8 +1,6 @@
 //! Each transition by name, then edges, words, sequences and the drive's own moves.
 
-use drivecom::{
-    AifControl, ControlWord, DriveMove, Machine, State, StatusInputs, StatusWord, TransitionId,
-};
+use drivecom::{AifControl, ControlWord, DriveMove, Machine, State, StatusInputs, StatusWord, TransitionId};
 
 use crate::{OK, REMOTE, conditions, machine_in, moves, tripped};
 
@@ -35,114 +33,54 @@ fn transition_1_the_self_test_ends_in_switch_on_disabled_whatever_is_commanded()
 
 #[test]
 fn transition_2_shutdown_makes_ready() {
-    moves(
-        State::SwitchOnDisabled,
-        0x0006,
-        OK,
-        (State::ReadyToSwitchOn, Some(2)),
-    );
+    moves(State::SwitchOnDisabled, 0x0006, OK, (State::ReadyToSwitchOn, Some(2)));
 }
 
 #[test]
 fn transition_3_switch_on() {
-    moves(
-        State::ReadyToSwitchOn,
-        0x0007,
-        OK,
-        (State::SwitchedOn, Some(3)),
-    );
+    moves(State::ReadyToSwitchOn, 0x0007, OK, (State::SwitchedOn, Some(3)));
 }
 
 #[test]
 fn transition_4_enable_operation() {
-    moves(
-        State::SwitchedOn,
-        0x000F,
-        OK,
-        (State::OperationEnabled, Some(4)),
-    );
+    moves(State::SwitchedOn, 0x000F, OK, (State::OperationEnabled, Some(4)));
 }
 
 #[test]
 fn transition_5_inhibit_operation() {
-    moves(
-        State::OperationEnabled,
-        0x0007,
-        OK,
-        (State::SwitchedOn, Some(5)),
-    );
+    moves(State::OperationEnabled, 0x0007, OK, (State::SwitchedOn, Some(5)));
 }
 
 #[test]
 fn transition_6_shutdown_from_switched_on() {
-    moves(
-        State::SwitchedOn,
-        0x0006,
-        OK,
-        (State::ReadyToSwitchOn, Some(6)),
-    );
+    moves(State::SwitchedOn, 0x0006, OK, (State::ReadyToSwitchOn, Some(6)));
 }
 
 #[test]
 fn transition_7_quick_stop_or_disable_voltage_from_ready() {
-    moves(
-        State::ReadyToSwitchOn,
-        0x0002,
-        OK,
-        (State::SwitchOnDisabled, Some(7)),
-    );
-    moves(
-        State::ReadyToSwitchOn,
-        0x0004,
-        OK,
-        (State::SwitchOnDisabled, Some(7)),
-    );
+    moves(State::ReadyToSwitchOn, 0x0002, OK, (State::SwitchOnDisabled, Some(7)));
+    moves(State::ReadyToSwitchOn, 0x0004, OK, (State::SwitchOnDisabled, Some(7)));
 }
 
 #[test]
 fn transition_8_shutdown_from_operation_enabled() {
-    moves(
-        State::OperationEnabled,
-        0x000E,
-        OK,
-        (State::ReadyToSwitchOn, Some(8)),
-    );
+    moves(State::OperationEnabled, 0x000E, OK, (State::ReadyToSwitchOn, Some(8)));
 }
 
 #[test]
 fn transition_9_disable_voltage_from_operation_enabled() {
-    moves(
-        State::OperationEnabled,
-        0x000D,
-        OK,
-        (State::SwitchOnDisabled, Some(9)),
-    );
+    moves(State::OperationEnabled, 0x000D, OK, (State::SwitchOnDisabled, Some(9)));
 }
 
 #[test]
 fn transition_10_disable_voltage_or_quick_stop_from_switched_on() {
-    moves(
-        State::SwitchedOn,
-        0x0005,
-        OK,
-        (State::SwitchOnDisabled, Some(10)),
-    );
-    moves(
-        State::SwitchedOn,
-        0x0003,
-        OK,
-        (State::SwitchOnDisabled, Some(10)),
-    );
+    moves(State::SwitchedOn, 0x0005, OK, (State::SwitchOnDisabled, Some(10)));
+    moves(State::SwitchedOn, 0x0003, OK, (State::SwitchOnDisabled, Some(10)));
 }
 
 #[test]
 fn transition_11_quick_stop_from_operation_enabled() {
-    moves(
-        State::OperationEnabled,
-        0x000B,
-        OK,
-        (State::QuickStopActive, Some(11)),
-    );
+    moves(State::OperationEnabled, 0x000B, OK, (State::QuickStopActive, Some(11)));
 }
 
 #[test]
@@ -154,12 +92,7 @@ fn transition_12_standstill_or_disable_voltage_ends_the_quick_stop() {
         standing,
         (State::SwitchOnDisabled, Some(12)),
     );
-    moves(
-        State::QuickStopActive,
-        0x0009,
-        OK,
-        (State::SwitchOnDisabled, Some(12)),
-    );
+    moves(State::QuickStopActive, 0x0009, OK, (State::SwitchOnDisabled, Some(12)));
 }
 
 #[test]
@@ -167,24 +100,14 @@ fn transition_13_a_fault_is_answered_in_every_state_below_it() {
     for state in State::ALL {
         match state {
             State::FaultReactionActive | State::Fault => {}
-            _ => moves(
-                state,
-                0x000F,
-                tripped(),
-                (State::FaultReactionActive, Some(13)),
-            ),
+            _ => moves(state, 0x000F, tripped(), (State::FaultReactionActive, Some(13))),
         }
     }
 }
 
 #[test]
 fn transition_14_the_finished_reaction_ends_in_fault() {
-    moves(
-        State::FaultReactionActive,
-        0x000F,
-        tripped(),
-        (State::Fault, Some(14)),
-    );
+    moves(State::FaultReactionActive, 0x000F, tripped(), (State::Fault, Some(14)));
     let ramping = conditions(|c| {
         c.fault = true;
         c.fault_reaction_done = false;
@@ -200,12 +123,7 @@ fn transition_14_the_finished_reaction_ends_in_fault() {
 #[test]
 fn transition_15_reset_fault_with_the_cause_gone() {
     let resettable = conditions(|c| c.fault = true);
-    moves(
-        State::Fault,
-        0x0080,
-        resettable,
-        (State::SwitchOnDisabled, Some(15)),
-    );
+    moves(State::Fault, 0x0080, resettable, (State::SwitchOnDisabled, Some(15)));
 }
 
 // ---- edges of the fault reset ----
@@ -218,10 +136,7 @@ fn a_standing_bit_7_resets_nothing() {
     assert_eq!(machine.state(), State::Fault);
     let resettable = conditions(|c| c.fault = true);
     for _ in 0..3 {
-        assert_eq!(
-            machine.step(ControlWord(0x0080), resettable).to,
-            State::Fault
-        );
+        assert_eq!(machine.step(ControlWord(0x0080), resettable).to, State::Fault);
     }
 }
 
@@ -234,14 +149,8 @@ fn a_second_fault_reset_needs_a_new_rising_edge() {
         State::Fault,
         "cause present: the edge is used up"
     );
-    assert_eq!(
-        machine.step(ControlWord(0x0080), resettable).to,
-        State::Fault
-    );
-    assert_eq!(
-        machine.step(ControlWord(0x0000), resettable).to,
-        State::Fault
-    );
+    assert_eq!(machine.step(ControlWord(0x0080), resettable).to, State::Fault);
+    assert_eq!(machine.step(ControlWord(0x0000), resettable).to, State::Fault);
     assert_eq!(
         machine.step(ControlWord(0x0080), resettable).to,
         State::SwitchOnDisabled
@@ -253,23 +162,15 @@ fn with_the_cause_still_present_the_drive_falls_back_to_fault() {
     let (mut machine, _) = machine_in(State::Fault);
     // The module lets the reset through; the drive finds its cause again and keeps the trip.
     assert_eq!(
-        machine
-            .step(ControlWord(0x0080), conditions(|c| c.fault = true))
-            .to,
+        machine.step(ControlWord(0x0080), conditions(|c| c.fault = true)).to,
         State::SwitchOnDisabled
     );
     assert_eq!(
         machine.step(ControlWord(0x0080), tripped()).to,
         State::FaultReactionActive
     );
-    assert_eq!(
-        machine.step(ControlWord(0x0080), tripped()).to,
-        State::Fault
-    );
-    assert_eq!(
-        machine.step(ControlWord(0x0080), tripped()).to,
-        State::Fault
-    );
+    assert_eq!(machine.step(ControlWord(0x0080), tripped()).to, State::Fault);
+    assert_eq!(machine.step(ControlWord(0x0080), tripped()).to, State::Fault);
 }
 
 #[test]
@@ -288,10 +189,7 @@ fn a_trip_reset_by_another_way_leaves_fault_without_a_command() {
     let step = machine.step(standing, OK);
     assert_eq!(
         (step.to, step.transition),
-        (
-            State::SwitchOnDisabled,
-            Some(TransitionId::Drive(DriveMove::TripGone))
-        )
+        (State::SwitchOnDisabled, Some(TransitionId::Drive(DriveMove::TripGone)))
     );
 }
 
@@ -304,11 +202,7 @@ fn the_status_words_of_the_fact_sheet_come_out() {
         (State::SwitchedOn, 0x0233),
         (State::OperationEnabled, 0x0237),
     ] {
-        assert_eq!(
-            machine_in(state).0.status_word(REMOTE),
-            StatusWord(word),
-            "{state}"
-        );
+        assert_eq!(machine_in(state).0.status_word(REMOTE), StatusWord(word), "{state}");
     }
 }
 
@@ -409,17 +303,10 @@ fn terminal_28_low_drops_to_switched_on_and_the_standing_word_takes_up_again() {
     let step = machine.step(standing, low);
     assert_eq!(
         (step.to, step.transition),
-        (
-            State::SwitchedOn,
-            Some(TransitionId::Drive(DriveMove::TerminalLow))
-        )
+        (State::SwitchedOn, Some(TransitionId::Drive(DriveMove::TerminalLow)))
     );
     for _ in 0..3 {
-        assert_eq!(
-            machine.step(standing, low).to,
-            State::SwitchedOn,
-            "no higher while low"
-        );
+        assert_eq!(machine.step(standing, low).to, State::SwitchedOn, "no higher while low");
     }
     assert_eq!(machine.step(standing, OK).to, State::OperationEnabled);
 }
@@ -443,10 +330,7 @@ fn hardware_acts_before_commands() {
     // A quick stop needs the power stage that terminal 28 has just taken away.
     assert_eq!(machine.step(ControlWord(0x007B), low).to, State::SwitchedOn);
     assert_eq!(machine.status_word(REMOTE).state(), Some(State::SwitchedOn));
-    assert_eq!(
-        machine.step(ControlWord(0x007B), low).to,
-        State::SwitchOnDisabled
-    );
+    assert_eq!(machine.step(ControlWord(0x007B), low).to, State::SwitchOnDisabled);
 }
 
 // ---- LU ----
@@ -470,14 +354,8 @@ fn undervoltage_reports_switch_on_disabled_and_holds_it() {
             ),
             "{state}"
         );
-        assert_eq!(
-            machine.step(ControlWord(0x0076), dark).to,
-            State::SwitchOnDisabled
-        );
-        assert_eq!(
-            machine.step(ControlWord(0x0076), OK).to,
-            State::ReadyToSwitchOn
-        );
+        assert_eq!(machine.step(ControlWord(0x0076), dark).to, State::SwitchOnDisabled);
+        assert_eq!(machine.step(ControlWord(0x0076), OK).to, State::ReadyToSwitchOn);
     }
 }
 
@@ -489,15 +367,9 @@ fn a_trip_outranks_the_undervoltage_message() {
         c.fault = true;
     });
     let (mut machine, standing) = machine_in(State::OperationEnabled);
-    assert_eq!(
-        machine.step(standing, dark_trip).to,
-        State::FaultReactionActive
-    );
+    assert_eq!(machine.step(standing, dark_trip).to, State::FaultReactionActive);
     assert_eq!(machine.step(standing, dark_trip).to, State::Fault);
-    assert_eq!(
-        machine.step(ControlWord(0x00FF), dark_trip).to,
-        State::SwitchOnDisabled
-    );
+    assert_eq!(machine.step(ControlWord(0x00FF), dark_trip).to, State::SwitchOnDisabled);
 }
 
 // ---- commands to the drive ----
@@ -529,10 +401,7 @@ fn qsp_disable_and_cinh_follow_the_state() {
 fn control_bit_4_brakes_without_leaving_operation_enabled() {
     let (mut machine, standing) = machine_in(State::OperationEnabled);
     let step = machine.step(standing.with_not_drive_quick_stop(false), OK);
-    assert_eq!(
-        (step.to, step.aif),
-        (State::OperationEnabled, AifControl(0x0008))
-    );
+    assert_eq!((step.to, step.aif), (State::OperationEnabled, AifControl(0x0008)));
 }
 
 #[test]

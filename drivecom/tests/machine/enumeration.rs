@@ -116,10 +116,7 @@ fn every_control_word_in_every_state_does_what_the_fact_sheet_says_and_nothing_e
 
 #[test]
 fn every_refused_command_leaves_the_state_alone() {
-    use Command::{
-        DisableVoltage, EnableOperation, InhibitOperation, QuickStop, ResetFault, Shutdown,
-        SwitchOn,
-    };
+    use Command::{DisableVoltage, EnableOperation, InhibitOperation, QuickStop, ResetFault, Shutdown, SwitchOn};
     // 9300 facts 2.3: for each state the commands that no transition answers. "Enable operation" carries "switch on"
     // with it, and "switch on" without bit 3 is "inhibit operation"; both follow from the patterns.
     let refused: [(State, &[Command]); 6] = [
@@ -139,13 +136,7 @@ fn every_refused_command_leaves_the_state_alone() {
         (State::OperationEnabled, &[EnableOperation]),
         (
             State::QuickStopActive,
-            &[
-                Shutdown,
-                SwitchOn,
-                EnableOperation,
-                InhibitOperation,
-                QuickStop,
-            ],
+            &[Shutdown, SwitchOn, EnableOperation, InhibitOperation, QuickStop],
         ),
         (
             State::Fault,

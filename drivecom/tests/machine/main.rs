@@ -40,13 +40,7 @@ fn machine_in(state: State) -> (Machine, ControlWord) {
         State::ReadyToSwitchOn => &[(0x0076, OK), (0x0076, OK)],
         State::SwitchedOn => &[(0x0076, OK), (0x0076, OK), (0x0077, OK)],
         State::OperationEnabled => &[(0x0076, OK), (0x0076, OK), (0x007F, OK), (0x007F, OK)],
-        State::QuickStopActive => &[
-            (0x0076, OK),
-            (0x0076, OK),
-            (0x007F, OK),
-            (0x007F, OK),
-            (0x007B, OK),
-        ],
+        State::QuickStopActive => &[(0x0076, OK), (0x0076, OK), (0x007F, OK), (0x007F, OK), (0x007B, OK)],
         State::FaultReactionActive => &[(0x0070, tripped())],
         State::Fault => &[(0x0070, tripped()), (0x0070, tripped())],
     };

@@ -3,8 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use drivecom::petri::{
-    Action, Guard, Marking, Net, NetContext, PARAMETER_NET, PARAMETER_TRANSITIONS, Places,
-    RESET_MARKING, Transition,
+    Action, Guard, Marking, Net, NetContext, PARAMETER_NET, PARAMETER_TRANSITIONS, Places, RESET_MARKING, Transition,
 };
 
 use crate::{Counterexample, Verdict, broken};
@@ -144,13 +143,7 @@ impl World {
                 if finish || next.pending {
                     list.push((label.clone(), next));
                     if behaviour == Behaviour::MayDie {
-                        list.push((
-                            label.clone(),
-                            Self {
-                                alive: false,
-                                ..next
-                            },
-                        ));
+                        list.push((label.clone(), Self { alive: false, ..next }));
                     }
                 }
             }
@@ -213,11 +206,7 @@ impl Worlds {
                 break;
             }
         }
-        self.found_by
-            .keys()
-            .copied()
-            .filter(|w| !good.contains(w))
-            .collect()
+        self.found_by.keys().copied().filter(|w| !good.contains(w)).collect()
     }
 
     fn markings(&self) -> BTreeSet<Marking> {
@@ -299,9 +288,7 @@ fn with_a_drive_that_answers_every_telegram_goes_round_for_ever() {
         worlds.always_goes_on().unwrap();
         for telegram in 0..7 {
             assert!(
-                worlds
-                    .without_way_to(|w| w.address == telegram && w.pending)
-                    .is_empty(),
+                worlds.without_way_to(|w| w.address == telegram && w.pending).is_empty(),
                 "telegram {telegram} is served again from everywhere"
             );
         }
@@ -322,12 +309,7 @@ fn with_a_drive_that_answers_every_telegram_goes_round_for_ever() {
 #[test]
 fn a_silent_drive_leaves_the_net_resting_with_only_the_clock_running() {
     let rest = |behaviour, handshake| {
-        let worlds = Worlds::of(
-            &PARAMETER_NET,
-            World::with_drive_at(handshake),
-            behaviour,
-            Reset::Never,
-        );
+        let worlds = Worlds::of(&PARAMETER_NET, World::with_drive_at(handshake), behaviour, Reset::Never);
         let stuck = worlds.without_way_to(|w| w.finished_with.is_some());
         // Of the stuck worlds, those that only lead to themselves.
         let fixed: BTreeSet<_> = stuck
@@ -337,23 +319,13 @@ fn a_silent_drive_leaves_the_net_resting_with_only_the_clock_running() {
             .collect();
         for world in stuck.iter().filter(|w| fixed.contains(&w.marking)) {
             let mut next = *world;
-            assert_eq!(
-                next.cycle(&PARAMETER_NET),
-                [2, 13],
-                "places 10 and 11 still cycle"
-            );
+            assert_eq!(next.cycle(&PARAMETER_NET), [2, 13], "places 10 and 11 still cycle");
         }
         fixed
     };
-    assert_eq!(
-        rest(Behaviour::Silent, false),
-        BTreeSet::from([marking(&[6, 7, 10])])
-    );
+    assert_eq!(rest(Behaviour::Silent, false), BTreeSet::from([marking(&[6, 7, 10])]));
     // With a standing 1 the first telegram counts as done, and the second waits for 0.
-    assert_eq!(
-        rest(Behaviour::Silent, true),
-        BTreeSet::from([marking(&[5, 6, 10])])
-    );
+    assert_eq!(rest(Behaviour::Silent, true), BTreeSet::from([marking(&[5, 6, 10])]));
     assert_eq!(
         rest(Behaviour::MayDie, false),
         BTreeSet::from([marking(&[5, 6, 10]), marking(&[6, 7, 10])])
@@ -374,12 +346,7 @@ fn every_telegram_is_delivered_exactly_once_when_the_drive_starts_with_0() {
             ..t
         })
     });
-    let worlds = Worlds::of(
-        &Net { transitions: &net },
-        start,
-        Behaviour::Answers,
-        Reset::Never,
-    );
+    let worlds = Worlds::of(&Net { transitions: &net }, start, Behaviour::Answers, Reset::Never);
     let Err(Counterexample(path)) = worlds.delivered_exactly_once() else {
         panic!("a T9 that does not wait for the handshake must lose telegrams")
     };
@@ -401,11 +368,7 @@ fn a_drive_that_starts_with_1_never_sees_the_first_telegram_and_every_later_one_
         path,
         "delivered 0 times: {1, 10} --[T1 T2 T4 T6 T7 T13]--> {6, 7, 10} --[T2 T9 T11 T12 T13]--> {2, 10}"
     );
-    let lost = worlds
-        .found_by
-        .keys()
-        .filter(|w| w.finished_with == Some(0))
-        .count();
+    let lost = worlds.found_by.keys().filter(|w| w.finished_with == Some(0)).count();
     assert_eq!(lost, 1, "only the very first");
     assert!(worlds.found_by.keys().all(|w| w.finished_with != Some(2)));
 }
@@ -464,17 +427,10 @@ fn a_round_takes_21_cycles_and_the_handshake_of_a_telegram_alternates_from_round
             if telegram == 0 {
                 expected.insert(0, 1);
             }
-            let (ask, done) = if (round + telegram) % 2 == 0 {
-                (6, 9)
-            } else {
-                (5, 8)
-            };
+            let (ask, done) = if (round + telegram) % 2 == 0 { (6, 9) } else { (5, 8) };
             expected.extend([ask, 7, 13]);
             assert_eq!(exchange[0], expected, "round {round}, telegram {telegram}");
-            assert_eq!(
-                exchange[2],
-                [2, done, if telegram < 4 { 11 } else { 10 }, 12, 13]
-            );
+            assert_eq!(exchange[2], [2, done, if telegram < 4 { 11 } else { 10 }, 12, 13]);
         }
     }
 }

@@ -18,12 +18,6 @@ type Verdict = Result<(), Counterexample>;
 fn broken(number: u8, change: impl Fn(Transition) -> Option<Transition>) -> Vec<Transition> {
     PARAMETER_TRANSITIONS
         .into_iter()
-        .filter_map(|t| {
-            if t.number == number {
-                change(t)
-            } else {
-                Some(t)
-            }
-        })
+        .filter_map(|t| if t.number == number { change(t) } else { Some(t) })
         .collect()
 }

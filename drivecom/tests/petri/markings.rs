@@ -3,8 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use drivecom::petri::{
-    Guard, Marking, Net, PARAMETER_NET, PARAMETER_TRANSITIONS, Places, Puts, RESET_MARKING,
-    Transition,
+    Guard, Marking, Net, PARAMETER_NET, PARAMETER_TRANSITIONS, Places, Puts, RESET_MARKING, Transition,
 };
 
 use crate::{Counterexample, Verdict, broken};
@@ -18,26 +17,16 @@ struct Reachable {
 fn outputs(transition: &Transition) -> Vec<Places> {
     match transition.puts {
         Puts::Places(places) => vec![places],
-        Puts::Choice {
-            then, otherwise, ..
-        } => vec![then, otherwise],
+        Puts::Choice { then, otherwise, .. } => vec![then, otherwise],
     }
 }
 
 /// Firing as a token game proper: "needs empty" is ignored, so that it can be shown redundant.
 fn successors(net: &Net<'_>, marking: Marking) -> Vec<(u8, Marking, Places)> {
     let mut list = Vec::new();
-    for transition in net
-        .transitions
-        .iter()
-        .filter(|t| marking.holds_all(t.takes))
-    {
+    for transition in net.transitions.iter().filter(|t| marking.holds_all(t.takes)) {
         for puts in outputs(transition) {
-            list.push((
-                transition.number,
-                marking.moved(transition.takes, puts),
-                puts,
-            ));
+            list.push((transition.number, marking.moved(transition.takes, puts), puts));
         }
     }
     list
@@ -76,11 +65,7 @@ impl Reachable {
 fn safe(net: &Net<'_>) -> Verdict {
     let reachable = Reachable::of(net);
     for marking in reachable.found_by.keys() {
-        for transition in net
-            .transitions
-            .iter()
-            .filter(|t| marking.holds_all(t.takes))
-        {
+        for transition in net.transitions.iter().filter(|t| marking.holds_all(t.takes)) {
             for puts in outputs(transition) {
                 let rest = marking.moved(transition.takes, Places::NONE);
                 if rest.holds_any(puts) {
@@ -132,11 +117,7 @@ fn exclusive(a: Guard, b: Guard) -> bool {
 fn conflict_free(net: &Net<'_>) -> Verdict {
     let reachable = Reachable::of(net);
     for marking in reachable.found_by.keys() {
-        let marked: Vec<_> = net
-            .transitions
-            .iter()
-            .filter(|t| marking.holds_all(t.takes))
-            .collect();
+        let marked: Vec<_> = net.transitions.iter().filter(|t| marking.holds_all(t.takes)).collect();
         for (i, a) in marked.iter().enumerate() {
             for b in &marked[i + 1..] {
                 if !a.takes.intersection(b.takes).is_empty() && !exclusive(a.guard, b.guard) {
@@ -233,28 +214,13 @@ fn the_rows_are_those_of_the_specification() {
 #[test]
 fn exactly_18_markings_are_reachable() {
     let reachable = Reachable::of(&PARAMETER_NET);
-    let rest: [&[u8]; 9] = [
-        &[1],
-        &[2],
-        &[3],
-        &[4, 5],
-        &[4, 7],
-        &[5, 6],
-        &[6, 7],
-        &[9],
-        &[8],
-    ];
+    let rest: [&[u8]; 9] = [&[1], &[2], &[3], &[4, 5], &[4, 7], &[5, 6], &[6, 7], &[9], &[8]];
     let expected: BTreeSet<_> = rest
         .iter()
-        .flat_map(|places| {
-            [10, 11].map(|clock| Marking::new(Places::of(places).union(Places::of(&[clock]))))
-        })
+        .flat_map(|places| [10, 11].map(|clock| Marking::new(Places::of(places).union(Places::of(&[clock])))))
         .collect();
     assert_eq!(expected.len(), 18);
-    assert_eq!(
-        reachable.found_by.keys().copied().collect::<BTreeSet<_>>(),
-        expected
-    );
+    assert_eq!(reachable.found_by.keys().copied().collect::<BTreeSet<_>>(), expected);
 }
 
 #[test]
@@ -278,10 +244,7 @@ fn every_needs_empty_is_redundant() {
             ..t
         })
     });
-    must_reject(
-        needs_empty_is_redundant(&Net { transitions: &net }),
-        "T2 is held back",
-    );
+    must_reject(needs_empty_is_redundant(&Net { transitions: &net }), "T2 is held back");
 }
 
 #[test]
@@ -305,10 +268,7 @@ fn the_three_place_invariants_hold() {
             ..t
         })
     });
-    must_reject(
-        invariant(&Net { transitions: &net }, INVARIANTS[1]),
-        "0 tokens",
-    );
+    must_reject(invariant(&Net { transitions: &net }, INVARIANTS[1]), "0 tokens");
 }
 
 #[test]
@@ -320,10 +280,7 @@ fn no_two_transitions_compete_for_a_token() {
             ..t
         })
     });
-    must_reject(
-        conflict_free(&Net { transitions: &net }),
-        "T5 and T6 compete",
-    );
+    must_reject(conflict_free(&Net { transitions: &net }), "T5 and T6 compete");
 }
 
 #[test]
