@@ -7,7 +7,7 @@
 //! | time, addresses | [`time`], [`address`] | yes |
 //! | octets ↔ telegrams | [`wire`] | yes |
 //! | what a station looks like to a line | [`station`] | yes |
-//! | lines: virtual, disturbed, serial | `phy` | no |
+//! | lines: virtual, disturbed, serial, pseudo-terminal | `phy` | no |
 //! | one station in real time on a port | `driver` | no |
 //!
 //! Nothing here reads a clock, starts a thread or keeps a global, except `driver`, whose job it is. Time comes in as [`time::Instant`].
@@ -37,6 +37,8 @@
 pub mod address;
 pub mod dp;
 pub mod fdl;
+#[cfg(feature = "std")]
+pub mod driver;
 #[cfg(feature = "std")]
 pub mod phy;
 pub mod station;

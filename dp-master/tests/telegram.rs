@@ -1,4 +1,8 @@
 //! Telegrams and the decoder against octets from the standard, by hand, and by property.
+#![allow(
+    clippy::unwrap_used,
+    reason = "helpers of tests may unwrap like the tests themselves"
+)]
 
 use dp_master::address::Address;
 use dp_master::station::{LineError, MAX_TELEGRAM};

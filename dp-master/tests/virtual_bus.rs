@@ -1,4 +1,8 @@
 //! The virtual line: timing, order of events, rules, disturbances.
+#![allow(
+    clippy::unwrap_used,
+    reason = "helpers of tests may unwrap like the tests themselves"
+)]
 
 use dp_master::phy::{BusEvent, Disturbance, PortId, Rule, Script, VirtualBus, next_wakeup, pump};
 use dp_master::station::{LineError, MAX_TELEGRAM, Station};

@@ -10,44 +10,44 @@ use crate::time::Instant;
 /// slice. After every input the station may send, unless it is sending. At the end every station may send at `now`, so that a command given
 /// between two calls takes effect.
 ///
-/// The caller goes from [`next_wakeup`] to [`next_wakeup`], or in any larger steps.
+/// Returns when it must be called next, as [`next_wakeup`] does; the caller may go there or in any larger steps.
 ///
 /// # Panics
 ///
 /// In debug builds, when a station names a timeout that is not later than the one just handled, which would never end. Other builds leave
 /// the call at that point.
-pub fn pump(bus: &mut VirtualBus, now: Instant, stations: &mut [(PortId, &mut dyn Station)]) {
+pub fn pump(
+    bus: &mut VirtualBus,
+    now: Instant,
+    stations: &mut [(PortId, &mut dyn Station)],
+) -> Option<Instant> {
     let mut buf = [0; MAX_TELEGRAM];
-    loop {
-        let line = bus.poll_timeout().filter(|at| *at <= now);
-        let timer = earliest_timeout(stations).filter(|at| *at <= now);
+    let quiet_until = loop {
+        let (line, timer) = (bus.poll_timeout(), earliest_timeout(stations));
         match (line, timer) {
-            (Some(at), timer) if timer.is_none_or(|timer| at <= timer) => {
-                deliver(bus, at, stations, &mut buf)
+            (Some(at), timer) if at <= now && timer.is_none_or(|timer| at <= timer) => {
+                deliver(bus, at, stations, &mut buf);
             }
-            (_, Some(at)) => {
-                for (port, station) in stations.iter_mut() {
-                    if station.poll_timeout().is_none_or(|timeout| timeout > at) {
-                        continue;
-                    }
-                    station.handle_timeout(at);
-                    let stuck = station.poll_timeout().is_some_and(|timeout| timeout <= at);
-                    send(bus, at, *port, *station, &mut buf);
-                    if stuck && station.poll_timeout().is_some_and(|timeout| timeout <= at) {
-                        debug_assert!(
-                            false,
-                            "timeout of port {} not later than {at}",
-                            port.index()
-                        );
-                        return;
-                    }
+            (_, Some(at)) if at <= now => {
+                if expire(bus, at, stations, &mut buf) == Progress::Stuck {
+                    debug_assert!(
+                        false,
+                        "a timeout was not later than the one handled at {at}"
+                    );
+                    return Some(at);
                 }
             }
-            _ => break,
+            _ => break line.into_iter().chain(timer).min(),
         }
-    }
+    };
+    let mut sent = false;
     for (port, station) in stations.iter_mut() {
-        send(bus, now, *port, *station, &mut buf);
+        sent |= send(bus, now, *port, *station, &mut buf);
+    }
+    if sent {
+        next_wakeup(bus, stations)
+    } else {
+        quiet_until
     }
 }
 
@@ -90,6 +90,34 @@ fn deliver(
     }
 }
 
+/// Whether time goes on for all stations.
+#[derive(PartialEq, Eq)]
+enum Progress {
+    Made,
+    Stuck,
+}
+
+/// Calls the stations whose timeout is due at `at`.
+#[inline]
+fn expire(
+    bus: &mut VirtualBus,
+    at: Instant,
+    stations: &mut [(PortId, &mut dyn Station)],
+    buf: &mut [u8; MAX_TELEGRAM],
+) -> Progress {
+    for (port, station) in stations.iter_mut() {
+        if station.poll_timeout().is_none_or(|timeout| timeout > at) {
+            continue;
+        }
+        station.handle_timeout(at);
+        send(bus, at, *port, *station, buf);
+        if station.poll_timeout().is_some_and(|timeout| timeout <= at) {
+            return Progress::Stuck;
+        }
+    }
+    Progress::Made
+}
+
 /// The station on a port; its place in the slice is usually the number of the port.
 #[inline]
 fn find<'a>(
@@ -105,6 +133,7 @@ fn find<'a>(
         .map(|(_, station)| &mut **station as &mut dyn Station)
 }
 
+/// Lets a station send, if it is not sending already; whether it did.
 #[inline]
 fn send(
     bus: &mut VirtualBus,
@@ -112,14 +141,16 @@ fn send(
     port: PortId,
     station: &mut dyn Station,
     buf: &mut [u8; MAX_TELEGRAM],
-) {
+) -> bool {
     if bus.is_sending(port) {
-        return;
+        return false;
     }
-    if let Some(octets) = station
+    let Some(octets) = station
         .poll_transmit(at, buf)
         .and_then(|length| buf.get(..length))
-    {
-        bus.transmit(at, port, octets);
-    }
+    else {
+        return false;
+    };
+    bus.transmit(at, port, octets);
+    !octets.is_empty()
 }

@@ -114,7 +114,7 @@ pub struct Statistics {
 pub struct VirtualBus {
     baud: Baud,
     ports: Vec<Port>,
-    /// Transmissions on the line in the order of their start; those behind `active` are kept for their buffers.
+    /// Transmissions on the line in the order of their start; those from index `active` on are kept for their buffers.
     bursts: Vec<Burst>,
     active: usize,
     number: u64,
@@ -276,30 +276,40 @@ impl VirtualBus {
         self.statistics.characters += octets.len() as u64;
 
         let end = now + self.baud.characters(octets.len());
-        let mut burst = self.fresh_burst();
-        burst.sender = port.0;
-        (burst.start, burst.end) = (now, end);
-        burst.octets.extend_from_slice(octets);
-        burst.on_line = self.ports[port.0].connection == Connection::Connected;
-        self.ports[port.0].sending = (now, end);
+        if self.bursts.len() == self.active {
+            self.bursts.push(Burst::default());
+        }
+        let (active, [burst, ..]) = self.bursts.split_at_mut(self.active) else {
+            return now;
+        };
+        let sender = &mut self.ports[port.0];
+        sender.sending = (now, end);
+        burst.begin(port.0, now, end, octets);
+        burst.on_line = sender.connection == Connection::Connected;
 
         // The draw belongs to the burst, whether it arrives or not, so that pulling one plug does not change the fate of other telegrams.
         let spoiled_before = self.statistics.spoiled;
         if let Some(disturbance) = &mut self.disturbance {
-            let Burst { octets, marks, .. } = &mut burst;
+            let Burst { octets, marks, .. } = &mut *burst;
             disturbance.burst(octets.len(), |index, flipped| {
                 self.statistics.spoiled += 1;
                 flip(octets, marks, index, flipped);
             });
         }
         if !self.scripts.is_empty() {
-            self.play_scripts(number, &mut burst);
+            play_scripts(
+                &mut self.scripts,
+                number,
+                self.baud,
+                burst,
+                &mut self.statistics,
+            );
         }
         if burst.on_line {
             // Judged by what was sent, not by what a disturbance made of it.
             self.police.burst(now, end, port, octets);
-            if self.active > 0 {
-                self.collide(now, &mut burst);
+            if !active.is_empty() {
+                collide(active, burst, self.baud, now, &mut self.police);
             }
         } else {
             burst.marks.clear();
@@ -310,10 +320,6 @@ impl VirtualBus {
             self.statistics.lost += octets.len() as u64;
         }
         burst.plan(0, self.baud, now);
-        // `fresh_burst` took the one behind the active ones.
-        self.bursts.push(burst);
-        let last = self.bursts.len() - 1;
-        self.bursts.swap(self.active, last);
         self.active += 1;
         end
     }
@@ -332,7 +338,7 @@ impl VirtualBus {
     /// The next event that happened up to and including `now`. To be called until `None`.
     #[inline]
     pub fn poll(&mut self, now: Instant) -> Option<BusEvent<'_>> {
-        let (index, run, receiver) = loop {
+        let (index, run, receiver) = 'search: loop {
             self.retire();
             let (index, run) = self.next_run()?;
             if run.at > now {
@@ -343,16 +349,19 @@ impl VirtualBus {
                 burst.sent = true;
                 break (index, run, None);
             }
-            let receiver = burst.next_receiver;
-            if receiver >= self.ports.len() || run.mark == Some(Mark::Lost) {
-                burst.next_run += 1;
-                burst.next_receiver = 0;
-                continue;
+            let sender = burst.sender;
+            let first = burst.next_receiver;
+            if run.mark != Some(Mark::Lost) {
+                for receiver in first..self.ports.len() {
+                    if receiver != sender && self.hears(receiver, sender, &run) {
+                        self.bursts[index].next_receiver = receiver + 1;
+                        break 'search (index, run, Some(receiver));
+                    }
+                }
             }
-            burst.next_receiver += 1;
-            if receiver != burst.sender && self.hears(receiver, index, &run) {
-                break (index, run, Some(receiver));
-            }
+            let burst = &mut self.bursts[index];
+            burst.next_run += 1;
+            burst.next_receiver = 0;
         };
         let burst = &self.bursts[index];
         let at = run.at;
@@ -396,10 +405,10 @@ impl VirtualBus {
 
     /// Whether a port can receive a run of a transmission: it is connected, and it was not sending itself during the first character.
     #[inline]
-    fn hears(&self, receiver: usize, index: usize, run: &Run) -> bool {
+    fn hears(&self, receiver: usize, sender: usize, run: &Run) -> bool {
         let port = &self.ports[receiver];
         if port.connection == Connection::Disconnected
-            || self.ports[self.bursts[index].sender].connection == Connection::Disconnected
+            || self.ports[sender].connection == Connection::Disconnected
         {
             return false;
         }
@@ -420,104 +429,26 @@ impl VirtualBus {
                 index += 1;
                 continue;
             }
-            self.bursts[index..self.active].rotate_left(1);
             self.active -= 1;
-        }
-    }
-
-    /// An empty burst, with the buffers of a finished one if there is one.
-    fn fresh_burst(&mut self) -> Burst {
-        let mut burst = if self.bursts.len() > self.active {
-            self.bursts.pop().unwrap_or_default()
-        } else {
-            Burst::default()
-        };
-        burst.octets.clear();
-        burst.marks.clear();
-        burst.runs.clear();
-        (burst.next_run, burst.next_receiver, burst.sent) = (0, 0, false);
-        burst
-    }
-
-    #[cold]
-    fn play_scripts(&mut self, number: u64, burst: &mut Burst) {
-        let (baud, start, length) = (self.baud, burst.start, burst.octets.len());
-        let mut statistics = self.statistics;
-        self.scripts.retain(|script| match *script {
-            Script::Drop { burst: wanted } if wanted == number => {
-                burst.on_line = false;
-                false
+            for place in index..self.active {
+                self.bursts.swap(place, place + 1);
             }
-            Script::Spoil {
-                burst: wanted,
-                character,
-                error,
-            } if wanted == number => {
-                if character < length {
-                    mark(&mut burst.marks, character, Mark::Error(error));
-                    statistics.spoiled += 1;
-                }
-                false
-            }
-            Script::Flip {
-                burst: wanted,
-                character,
-                bits,
-            } if wanted == number => {
-                if character < length {
-                    flip(&mut burst.octets, &mut burst.marks, character, bits);
-                    statistics.spoiled += 1;
-                }
-                false
-            }
-            Script::Cut { from, to } => {
-                for character in 0..length {
-                    let end = start + baud.characters(character + 1);
-                    if from <= end && end < to {
-                        mark(&mut burst.marks, character, Mark::Lost);
-                        statistics.lost += 1;
-                    }
-                }
-                start < to
-            }
-            Script::Drop { burst: wanted }
-            | Script::Spoil { burst: wanted, .. }
-            | Script::Flip { burst: wanted, .. } => wanted > number,
-        });
-        self.statistics = statistics;
-    }
-
-    /// Spoils what overlaps with the transmissions that are on the line already.
-    #[cold]
-    fn collide(&mut self, now: Instant, new: &mut Burst) {
-        let baud = self.baud;
-        for old in self.bursts[..self.active]
-            .iter_mut()
-            .filter(|old| old.on_line && old.end > now)
-        {
-            self.police.collision(now, PortId(new.sender));
-            for character in 0..new.octets.len() {
-                if now + baud.characters(character) < old.end {
-                    mark(&mut new.marks, character, Mark::Collision);
-                }
-            }
-            for character in 0..old.octets.len() {
-                let begin = old.start + baud.characters(character);
-                let end = old.start + baud.characters(character + 1);
-                if end > now && begin < new.end {
-                    mark(&mut old.marks, character, Mark::Collision);
-                }
-            }
-            // What was due up to now stays as it was planned, for part of the receivers may have it already.
-            let kept = old.runs.iter().take_while(|run| run.at <= now).count();
-            old.runs.truncate(kept);
-            let from = old.runs.last().map_or(0, |run| run.to);
-            old.plan(from, baud, now);
         }
     }
 }
 
 impl Burst {
+    /// Starts anew with the buffers of the one that was here before.
+    #[inline]
+    fn begin(&mut self, sender: usize, start: Instant, end: Instant, octets: &[u8]) {
+        (self.sender, self.start, self.end) = (sender, start, end);
+        (self.next_run, self.next_receiver, self.sent) = (0, 0, false);
+        self.octets.clear();
+        self.octets.extend_from_slice(octets);
+        self.marks.clear();
+        self.runs.clear();
+    }
+
     /// Divides the characters from `from` on into runs; none of them is due before `not_before`.
     #[inline]
     fn plan(&mut self, from: usize, baud: Baud, not_before: Instant) {
@@ -565,6 +496,84 @@ impl Burst {
             self.runs.push(Run { from, to, at, mark });
             from = to;
         }
+    }
+}
+
+/// Does to a burst what the scripts say, and forgets those that have had their turn.
+#[cold]
+fn play_scripts(
+    scripts: &mut Vec<Script>,
+    number: u64,
+    baud: Baud,
+    burst: &mut Burst,
+    statistics: &mut Statistics,
+) {
+    let (start, length) = (burst.start, burst.octets.len());
+    scripts.retain(|script| match *script {
+        Script::Drop { burst: wanted } if wanted == number => {
+            burst.on_line = false;
+            false
+        }
+        Script::Spoil {
+            burst: wanted,
+            character,
+            error,
+        } if wanted == number => {
+            if character < length {
+                mark(&mut burst.marks, character, Mark::Error(error));
+                statistics.spoiled += 1;
+            }
+            false
+        }
+        Script::Flip {
+            burst: wanted,
+            character,
+            bits,
+        } if wanted == number => {
+            if character < length {
+                flip(&mut burst.octets, &mut burst.marks, character, bits);
+                statistics.spoiled += 1;
+            }
+            false
+        }
+        Script::Cut { from, to } => {
+            for character in 0..length {
+                let end = start + baud.characters(character + 1);
+                if from <= end && end < to {
+                    mark(&mut burst.marks, character, Mark::Lost);
+                    statistics.lost += 1;
+                }
+            }
+            start < to
+        }
+        Script::Drop { burst: wanted }
+        | Script::Spoil { burst: wanted, .. }
+        | Script::Flip { burst: wanted, .. } => wanted > number,
+    });
+}
+
+/// Spoils what overlaps with the transmissions that are on the line already.
+#[cold]
+fn collide(active: &mut [Burst], new: &mut Burst, baud: Baud, now: Instant, police: &mut Police) {
+    for old in active.iter_mut().filter(|old| old.on_line && old.end > now) {
+        police.collision(now, PortId(new.sender));
+        for character in 0..new.octets.len() {
+            if now + baud.characters(character) < old.end {
+                mark(&mut new.marks, character, Mark::Collision);
+            }
+        }
+        for character in 0..old.octets.len() {
+            let begin = old.start + baud.characters(character);
+            let end = old.start + baud.characters(character + 1);
+            if end > now && begin < new.end {
+                mark(&mut old.marks, character, Mark::Collision);
+            }
+        }
+        // What was due up to now stays as it was planned, for part of the receivers may have it already.
+        let kept = old.runs.iter().take_while(|run| run.at <= now).count();
+        old.runs.truncate(kept);
+        let from = old.runs.last().map_or(0, |run| run.to);
+        old.plan(from, baud, now);
     }
 }
 

@@ -44,9 +44,18 @@ const SD3_DATA: usize = 8;
 const EXTENSION: u8 = 0x80;
 
 /// Frame check sequence: the sum modulo 256.
+///
+/// Eight octets at a time: telegrams are too short for the compiler's own vector loop to pay.
 #[inline]
 fn checksum(octets: &[u8]) -> u8 {
-    octets
-        .iter()
-        .fold(0_u8, |sum, octet| sum.wrapping_add(*octet))
+    const EVEN: u64 = 0x00FF_00FF_00FF_00FF;
+    // Four sums of 16 bits: at most 32 words of at most 2 · 255 each.
+    let (words, tail) = octets.as_chunks::<8>();
+    let mut sums = 0_u64;
+    for word in words {
+        let word = u64::from_le_bytes(*word);
+        sums = sums.wrapping_add((word & EVEN) + ((word >> 8) & EVEN));
+    }
+    let sum = (sums.wrapping_mul(0x0001_0001_0001_0001) >> 48) as u8;
+    tail.iter().fold(sum, |sum, octet| sum.wrapping_add(*octet))
 }
