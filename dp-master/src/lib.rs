@@ -7,6 +7,8 @@
 //! | time, addresses | [`time`], [`address`] | yes |
 //! | octets ↔ telegrams | [`wire`] | yes |
 //! | what a station looks like to a line | [`station`] | yes |
+//! | who may speak when: token, slot time, repetitions | [`fdl`] | yes |
+//! | DP-V0 master and slave | [`dp`] | yes |
 //! | lines: virtual, disturbed, serial, pseudo-terminal | `phy` | no |
 //! | one station in real time on a port | `driver` | no |
 //!
@@ -36,9 +38,9 @@
 
 pub mod address;
 pub mod dp;
-pub mod fdl;
 #[cfg(feature = "std")]
 pub mod driver;
+pub mod fdl;
 #[cfg(feature = "std")]
 pub mod phy;
 pub mod station;

@@ -1,4 +1,8 @@
 //! Cyclic exchange: modes, Global_Control, lengths, and the time of a cycle at every baud rate.
+#![allow(
+    clippy::unwrap_used,
+    reason = "clippy allows it in test functions only, not in their helpers"
+)]
 
 mod common;
 

@@ -1,4 +1,8 @@
 //! Other masters: at the slave (who owns it) and at the master (who is on the line). Their telegrams are injected.
+#![allow(
+    clippy::unwrap_used,
+    reason = "clippy allows it in test functions only, not in their helpers"
+)]
 
 mod common;
 
@@ -271,7 +275,8 @@ fn a_foreign_token_silences_the_master_until_the_line_is_quiet() {
             .last()
             .is_some_and(|last| last.starts_with("A2 02 03") && last.len() == 41)
     });
-    let mut begin = line.now + Duration::from_micros(1);
+    // Later than a character, before Tid1 (37 tBIT) has passed.
+    let mut begin = line.now + Duration::from_micros(10);
     line.bus.clear_violations();
     for _ in 0..3 {
         line.bus.transmit(begin, intruder, &[0xDC, 0x07, 0x05]);

@@ -141,6 +141,11 @@ impl Line {
 
     /// Everything up to the next wake-up.
     pub(crate) fn step(&mut self) {
+        self.step_to(Instant::MAX);
+    }
+
+    /// Everything up to the next wake-up or `limit`, whichever comes first.
+    fn step_to(&mut self, limit: Instant) {
         let Self {
             bus,
             now,
@@ -157,8 +162,8 @@ impl Line {
         for (slave, port) in slaves.iter_mut().zip(slave_ports.iter()) {
             stations.push((*port, slave));
         }
-        let at = next_wakeup(bus, &stations).unwrap();
-        *now = (*now).max(at);
+        let at = next_wakeup(bus, &stations).unwrap_or(limit);
+        *now = (*now).max(at.min(limit));
         pump(bus, *now, &mut stations);
     }
 
@@ -174,7 +179,7 @@ impl Line {
     pub(crate) fn run_for(&mut self, span: Duration) {
         let end = self.now + span;
         while self.now < end {
-            self.step();
+            self.step_to(end);
         }
     }
 
