@@ -1,4 +1,8 @@
 //! Diagnosis announced by a reply of high priority.
+#![allow(
+    clippy::unwrap_used,
+    reason = "clippy allows it in test functions only, not in their helpers"
+)]
 
 mod common;
 

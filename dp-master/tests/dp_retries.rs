@@ -1,4 +1,8 @@
 //! Lost, spoiled and missing telegrams: repetitions, the frame count bit, other slaves.
+#![allow(
+    clippy::unwrap_used,
+    reason = "clippy allows it in test functions only, not in their helpers"
+)]
 
 mod common;
 

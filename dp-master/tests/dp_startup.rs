@@ -1,4 +1,8 @@
 //! Start-up of a slave on the virtual line: the telegrams octet by octet, refusals, and the way back.
+#![allow(
+    clippy::unwrap_used,
+    reason = "clippy allows it in test functions only, not in their helpers"
+)]
 
 mod common;
 

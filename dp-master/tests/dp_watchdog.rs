@@ -1,4 +1,8 @@
 //! The watchdog of a slave.
+#![allow(
+    clippy::unwrap_used,
+    reason = "clippy allows it in test functions only, not in their helpers"
+)]
 
 mod common;
 
