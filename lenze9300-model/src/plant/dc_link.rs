@@ -127,8 +127,8 @@ pub struct DcLink {
     chopper_on: bool,
     rectified_v: f64,
     volt_squared_per_watt: f64,
-    charging_factor: f64,
-    source_factor: f64,
+    charging_share: f64,
+    source_share: f64,
     dt_s: f64,
 }
 
@@ -148,8 +148,8 @@ impl DcLink {
             chopper_on: false,
             rectified_v,
             volt_squared_per_watt: 2.0 * dt_s / params.capacitance_f,
-            charging_factor: dt_s / (params.charging_ohm * params.capacitance_f),
-            source_factor: dt_s / (params.source_ohm * params.capacitance_f),
+            charging_share: implicit_share(dt_s, params.charging_ohm * params.capacitance_f),
+            source_share: implicit_share(dt_s, params.source_ohm * params.capacitance_f),
             dt_s,
         };
         link.update_state();
@@ -207,12 +207,12 @@ impl DcLink {
         // An empty capacitor has nothing left to give.
         let mut voltage_v = squared.max(0.0).sqrt();
         if self.mains == Mains::On && voltage_v < self.rectified_v {
-            let factor = if voltage_v < self.params.thresholds.lu_v {
-                self.charging_factor
+            let share = if voltage_v < self.params.thresholds.lu_v {
+                self.charging_share
             } else {
-                self.source_factor
+                self.source_share
             };
-            voltage_v = (voltage_v + factor * self.rectified_v) / (1.0 + factor);
+            voltage_v += share * (self.rectified_v - voltage_v);
         }
         self.voltage_v = voltage_v;
         self.update_state();
@@ -240,6 +240,11 @@ impl DcLink {
             LinkState::Normal
         };
     }
+}
+
+/// Share of a difference that an implicit Euler step of a first-order lag removes.
+fn implicit_share(dt_s: f64, time_constant_s: f64) -> f64 {
+    dt_s / (time_constant_s + dt_s)
 }
 
 #[cfg(test)]

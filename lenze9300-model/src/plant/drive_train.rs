@@ -5,7 +5,7 @@ use super::{Contact, Dq, MechanicsParams, OutputStage, PmsmParams, ShaftAngle, S
 /// Motor and rigid mechanics, integrated together.
 ///
 /// One RK4 step per tick (more if the parameters ask for it, see [`substeps`]). Only when the speed passes zero is the tick
-/// divided at that moment, so that friction can change its side or hold; at most [`MAX_PIECES`] times.
+/// divided at that moment, so that friction can change its side or hold; at most four times.
 #[derive(Debug, Clone)]
 pub struct DriveTrain {
     equations: MotorEquations,
@@ -134,6 +134,17 @@ impl DriveTrain {
         let current_start = self.current;
         if self.contact == Contact::Stuck {
             self.contact = Contact::at_rest(self.torque() - self.load_nm, self.coulomb_nm);
+        }
+        if self.contact == Contact::Stuck && stage == OutputStage::Inhibited {
+            // Nothing flows, nothing moves: nothing to integrate.
+            self.electrical_w = 0.0;
+            return ShaftSegment {
+                start,
+                end: start,
+                omega_start: 0.0,
+                omega_end: 0.0,
+                dt_s: self.dt_s,
+            };
         }
         let mut input = MotorInput {
             voltage,
