@@ -5,8 +5,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use dp_master::address::Address;
 use dp_master::dp::{
-    AcceptedConfigurations, DpMaster, DpSlave, MasterConfig, Mode, SlaveConfig, SlaveIdentity,
-    SlaveIndex, SlaveState,
+    AcceptedConfigurations, DpMaster, DpSlave, MasterConfig, Mode, SlaveConfig, SlaveIdentity, SlaveIndex, SlaveState,
 };
 use dp_master::fdl::BusParams;
 use dp_master::phy::{PortId, VirtualBus, next_wakeup, pump};
@@ -36,8 +35,7 @@ fn through_the_line(criterion: &mut Criterion) {
     let mut cycle = |master: &mut DpMaster<1>, slave: &mut DpSlave| {
         let done = master.statistics().cycles + 1;
         while master.statistics().cycles < done {
-            let mut pair: [(PortId, &mut dyn Station); 2] =
-                [(ports[0], &mut *master), (ports[1], &mut *slave)];
+            let mut pair: [(PortId, &mut dyn Station); 2] = [(ports[0], &mut *master), (ports[1], &mut *slave)];
             now = next_wakeup(&bus, &pair).expect("somebody waits").max(now);
             pump(&mut bus, now, &mut pair);
         }
@@ -62,12 +60,7 @@ fn stations_alone(criterion: &mut Criterion) {
         // A cycle is a token, a request and a reply.
         for _ in 0..3 {
             let due = [master.poll_timeout(), slave.poll_timeout()];
-            now = due
-                .into_iter()
-                .flatten()
-                .min()
-                .expect("a deadline")
-                .max(now);
+            now = due.into_iter().flatten().min().expect("a deadline").max(now);
             let of_master = master.poll_timeout().is_some_and(|at| at <= now);
             if of_master {
                 master.handle_timeout(now);

@@ -9,8 +9,7 @@ mod common;
 use common::{Line, MASTER, SLAVE, slave_identity};
 use dp_master::address::Address;
 use dp_master::dp::{
-    ClearOutputs, ControlCommand, GlobalControl, MasterConfig, Mode, SlaveConfig, SlaveEvent,
-    SlaveState, StationStatus,
+    ClearOutputs, ControlCommand, GlobalControl, MasterConfig, Mode, SlaveConfig, SlaveEvent, SlaveState, StationStatus,
 };
 use dp_master::fdl::BusParams;
 use dp_master::time::{Baud, Duration};
@@ -65,11 +64,7 @@ fn a_cycle_is_the_sum_of_its_telegrams_and_pauses_at_every_baud_rate() {
         near(statistics.last_cycle, cycle);
         near(statistics.last_exchange, exchange);
         assert_eq!(
-            (
-                statistics.retries,
-                statistics.timeouts,
-                statistics.discarded
-            ),
+            (statistics.retries, statistics.timeouts, statistics.discarded),
             (0, 0, 0)
         );
         line.assert_no_violations();
@@ -236,10 +231,7 @@ fn outputs_only_and_inputs_only_slaves_are_exchanged_with() {
 #[test]
 fn outputs_of_another_length_than_configured_are_refused() {
     let mut line = exchanging(thesis(), Mode::Operate);
-    let error = line
-        .master
-        .set_outputs(line.indices[0], &[1; 15])
-        .unwrap_err();
+    let error = line.master.set_outputs(line.indices[0], &[1; 15]).unwrap_err();
     assert_eq!((error.expected, error.got), (16, 15));
 }
 

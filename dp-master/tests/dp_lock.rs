@@ -9,14 +9,11 @@ mod common;
 use common::{Line, SLAVE, slave_identity};
 use dp_master::address::Address;
 use dp_master::dp::{
-    DpSlave, LeaveReason, MasterEvent, Mode, SetPrm, SlaveConfig, SlaveEvent, SlavePhase,
-    SlaveState, sap,
+    DpSlave, LeaveReason, MasterEvent, Mode, SetPrm, SlaveConfig, SlaveEvent, SlavePhase, SlaveState, sap,
 };
 use dp_master::station::{MAX_TELEGRAM, Station};
 use dp_master::time::{Baud, Duration, Instant};
-use dp_master::wire::{
-    Fcb, FunctionCode, Header, RequestFunction, ResponseFunction, Telegram, decode_one,
-};
+use dp_master::wire::{Fcb, FunctionCode, Header, RequestFunction, ResponseFunction, Telegram, decode_one};
 use proptest::prelude::*;
 
 const BAUD: Baud = Baud::B1500000;
@@ -42,10 +39,7 @@ impl Bench {
     fn owned_by(master: u8) -> Self {
         let mut bench = Self::new();
         assert_eq!(bench.set_prm(master, 0x80, Fcb::First), [0xE5]);
-        assert_eq!(
-            bench.ask(master, Some(sap::CHK_CFG), Fcb::Low, &[0xF3]),
-            [0xE5]
-        );
+        assert_eq!(bench.ask(master, Some(sap::CHK_CFG), Fcb::Low, &[0xF3]), [0xE5]);
         assert_eq!(bench.slave.phase(), SlavePhase::DataExchange);
         bench
     }
@@ -69,14 +63,7 @@ impl Bench {
         self.ask_as(master, dsap, fcb, RequestFunction::SrdHigh, data)
     }
 
-    fn ask_as(
-        &mut self,
-        master: u8,
-        dsap: Option<u8>,
-        fcb: Fcb,
-        function: RequestFunction,
-        data: &[u8],
-    ) -> Reply {
+    fn ask_as(&mut self, master: u8, dsap: Option<u8>, fcb: Fcb, function: RequestFunction, data: &[u8]) -> Reply {
         let master = Address::new(master).unwrap();
         let mut header = Header::new(SLAVE, master, FunctionCode::request(fcb, function));
         if let Some(dsap) = dsap {
@@ -92,11 +79,7 @@ impl Bench {
         self.now += Duration::from_micros(100) + BAUD.characters(octets.len());
         self.slave.handle_octets(self.now, octets);
         let mut buf = [0; MAX_TELEGRAM];
-        assert_eq!(
-            self.slave.poll_transmit(self.now, &mut buf),
-            None,
-            "min Tsdr"
-        );
+        assert_eq!(self.slave.poll_transmit(self.now, &mut buf), None, "min Tsdr");
         let Some(due) = self.slave.poll_timeout() else {
             return Vec::new();
         };
@@ -201,10 +184,7 @@ fn outputs_of_a_wrong_length_end_the_exchange() {
     assert_eq!(response(&reply), ResponseFunction::NoService);
     assert_eq!(bench.slave.phase(), SlavePhase::WaitPrm);
     let left = SlaveEvent::LeftDataExchange {
-        reason: LeaveReason::OutputLength {
-            expected: 8,
-            got: 7,
-        },
+        reason: LeaveReason::OutputLength { expected: 8, got: 7 },
     };
     assert!(std::iter::from_fn(|| bench.slave.poll_event()).any(|event| event == left));
 }
@@ -288,10 +268,7 @@ fn a_foreign_token_silences_the_master_until_the_line_is_quiet() {
         begin = line.now;
     }
     let address = Address::new(5).unwrap();
-    assert_eq!(
-        line.master_events(),
-        [MasterEvent::ForeignMaster { address }]
-    );
+    assert_eq!(line.master_events(), [MasterEvent::ForeignMaster { address }]);
     // The other master is gone: the token is claimed again and the exchange goes on.
     line.run_for(Duration::from_millis(10));
     assert_eq!(line.master.state(line.indices[0]), SlaveState::DataExchange);

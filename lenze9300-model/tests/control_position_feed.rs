@@ -206,11 +206,7 @@ fn without_friction_the_feed_stands_as_well() {
     let mut params = AxisParams::default();
     params.mechanics.coulomb_nm = 0.0;
     let report = feed(&params, 0.6);
-    assert!(
-        report.final_error_inc.abs() <= 2,
-        "{}",
-        report.final_error_inc
-    );
+    assert!(report.final_error_inc.abs() <= 2, "{}", report.final_error_inc);
 }
 
 #[test]
@@ -240,10 +236,7 @@ fn a_friction_below_the_braking_torque_lets_the_film_run_back() {
     params.mechanics.coulomb_nm = 0.0;
     let expected = peak_following_error(2400.0, params.speed_gains(), J_TOTAL, 50.0);
     let report = feed(&params, 0.5);
-    assert!(
-        (report.reverse_mm / expected - 1.0).abs() < 0.15,
-        "{report:?}"
-    );
+    assert!((report.reverse_mm / expected - 1.0).abs() < 0.15, "{report:?}");
     assert!((0.08..0.12).contains(&report.settle_s), "{report:?}");
     params.mechanics.coulomb_nm = 0.02;
     let report = feed(&params, 0.5);
@@ -256,11 +249,7 @@ fn an_eleven_bit_resolver_stops_within_its_steps() {
     let mut params = AxisParams::default();
     params.feedback.resolver_bits = 11;
     let report = feed(&params, 0.5);
-    assert!(
-        report.final_error_inc.abs() <= 64,
-        "{}",
-        report.final_error_inc
-    );
+    assert!(report.final_error_inc.abs() <= 64, "{}", report.final_error_inc);
 }
 
 #[test]

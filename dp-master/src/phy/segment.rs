@@ -16,15 +16,8 @@ use crate::time::Instant;
 ///
 /// In debug builds, when a station names a timeout that is not later than the one just handled, which would never end. Other builds leave
 /// the call at that point.
-pub fn pump(
-    bus: &mut VirtualBus,
-    now: Instant,
-    stations: &mut [(PortId, &mut dyn Station)],
-) -> Option<Instant> {
-    let mut buf = bus
-        .scratch
-        .take()
-        .unwrap_or_else(|| Box::new([0; MAX_TELEGRAM]));
+pub fn pump(bus: &mut VirtualBus, now: Instant, stations: &mut [(PortId, &mut dyn Station)]) -> Option<Instant> {
+    let mut buf = bus.scratch.take().unwrap_or_else(|| Box::new([0; MAX_TELEGRAM]));
     let wakeup = run(bus, now, stations, &mut buf);
     bus.scratch = Some(buf);
     wakeup
@@ -33,18 +26,12 @@ pub fn pump(
 /// When the line or a station has something to do next.
 #[must_use]
 pub fn next_wakeup(bus: &VirtualBus, stations: &[(PortId, &mut dyn Station)]) -> Option<Instant> {
-    bus.poll_timeout()
-        .into_iter()
-        .chain(earliest_timeout(stations))
-        .min()
+    bus.poll_timeout().into_iter().chain(earliest_timeout(stations)).min()
 }
 
 #[inline]
 fn earliest_timeout(stations: &[(PortId, &mut dyn Station)]) -> Option<Instant> {
-    stations
-        .iter()
-        .filter_map(|(_, station)| station.poll_timeout())
-        .min()
+    stations.iter().filter_map(|(_, station)| station.poll_timeout()).min()
 }
 
 /// Tells the stations what the line has for them up to `at`.
@@ -84,10 +71,7 @@ fn run(
             }
             (_, Some(at)) if at <= now => {
                 if expire(bus, at, stations, buf) == Progress::Stuck {
-                    debug_assert!(
-                        false,
-                        "a timeout was not later than the one handled at {at}"
-                    );
+                    debug_assert!(false, "a timeout was not later than the one handled at {at}");
                     return Some(at);
                 }
             }
@@ -98,11 +82,7 @@ fn run(
     for (port, station) in stations.iter_mut() {
         sent |= send(bus, now, *port, *station, buf);
     }
-    if sent {
-        next_wakeup(bus, stations)
-    } else {
-        quiet_until
-    }
+    if sent { next_wakeup(bus, stations) } else { quiet_until }
 }
 
 /// Whether time goes on for all stations.
@@ -135,10 +115,7 @@ fn expire(
 
 /// The station on a port; its place in the slice is usually the number of the port.
 #[inline]
-fn find<'a>(
-    stations: &'a mut [(PortId, &mut dyn Station)],
-    port: PortId,
-) -> Option<&'a mut dyn Station> {
+fn find<'a>(stations: &'a mut [(PortId, &mut dyn Station)], port: PortId) -> Option<&'a mut dyn Station> {
     let place = match stations.get(port.index()) {
         Some((here, _)) if *here == port => port.index(),
         _ => stations.iter().position(|(here, _)| *here == port)?,
@@ -160,10 +137,7 @@ fn send(
     if bus.is_sending(port) {
         return false;
     }
-    let Some(octets) = station
-        .poll_transmit(at, buf)
-        .and_then(|length| buf.get(..length))
-    else {
+    let Some(octets) = station.poll_transmit(at, buf).and_then(|length| buf.get(..length)) else {
         return false;
     };
     bus.transmit(at, port, octets);

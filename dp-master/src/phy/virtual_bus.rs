@@ -61,9 +61,7 @@ impl BusEvent<'_> {
     #[must_use]
     pub const fn port(&self) -> PortId {
         match self {
-            Self::Sent { port, .. } | Self::Octets { port, .. } | Self::LineError { port, .. } => {
-                *port
-            }
+            Self::Sent { port, .. } | Self::Octets { port, .. } | Self::LineError { port, .. } => *port,
         }
     }
 }
@@ -303,13 +301,7 @@ impl VirtualBus {
             });
         }
         if !self.scripts.is_empty() {
-            play_scripts(
-                &mut self.scripts,
-                number,
-                self.baud,
-                burst,
-                &mut self.statistics,
-            );
+            play_scripts(&mut self.scripts, number, self.baud, burst, &mut self.statistics);
         }
         if burst.on_line {
             // Judged by what was sent, not by what a disturbance made of it.
@@ -319,9 +311,7 @@ impl VirtualBus {
             }
         } else {
             burst.marks.clear();
-            burst
-                .marks
-                .extend((0..octets.len()).map(|index| (index, Mark::Lost)));
+            burst.marks.extend((0..octets.len()).map(|index| (index, Mark::Lost)));
             self.statistics.spoiled = spoiled_before;
             self.statistics.lost += octets.len() as u64;
         }
@@ -351,10 +341,7 @@ impl VirtualBus {
         let (index, run, receiver) = loop {
             let due = self.due.filter(|due| *due <= now)?;
             // They stand in the order of their start, so the first one that is due comes first.
-            let index = self
-                .on_the_way()
-                .iter()
-                .position(|burst| burst.due() == Some(due))?;
+            let index = self.on_the_way().iter().position(|burst| burst.due() == Some(due))?;
             let ports = self.ports.len();
             let burst = &mut self.bursts[index];
             let run = *burst.runs.get(burst.next_run)?;
@@ -363,8 +350,7 @@ impl VirtualBus {
                 break (index, run, None);
             }
             let (sender, first) = (burst.sender, burst.next_receiver);
-            let receiver = (first..ports)
-                .find(|receiver| *receiver != sender && self.hears(*receiver, sender, &run));
+            let receiver = (first..ports).find(|receiver| *receiver != sender && self.hears(*receiver, sender, &run));
             let next = receiver.map_or(ports, |receiver| receiver + 1);
             self.bursts[index].next_receiver = next;
             if next == ports || (next + 1 == ports && next == sender) {
@@ -520,13 +506,7 @@ impl Burst {
 
 /// Does to a burst what the scripts say, and forgets those that have had their turn.
 #[cold]
-fn play_scripts(
-    scripts: &mut Vec<Script>,
-    number: u64,
-    baud: Baud,
-    burst: &mut Burst,
-    statistics: &mut Statistics,
-) {
+fn play_scripts(scripts: &mut Vec<Script>, number: u64, baud: Baud, burst: &mut Burst, statistics: &mut Statistics) {
     let (start, length) = (burst.start, burst.octets.len());
     scripts.retain(|script| match *script {
         Script::Drop { burst: wanted } if wanted == number => {
@@ -565,9 +545,9 @@ fn play_scripts(
             }
             start < to
         }
-        Script::Drop { burst: wanted }
-        | Script::Spoil { burst: wanted, .. }
-        | Script::Flip { burst: wanted, .. } => wanted > number,
+        Script::Drop { burst: wanted } | Script::Spoil { burst: wanted, .. } | Script::Flip { burst: wanted, .. } => {
+            wanted > number
+        }
     });
 }
 
