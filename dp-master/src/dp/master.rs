@@ -486,12 +486,9 @@ impl<const N: usize> TokenUser for Cyclic<N> {
         }
         if let Step::Slave(first) = self.step {
             let first = if self.mode == Mode::Stop { N } else { first };
-            let due = (first..self.count).find_map(|place| {
-                let handler = self.slaves.get(place)?.as_ref()?;
-                handler
-                    .next_action(now, self.config.address, self.mode)
-                    .map(|_| place)
-            });
+            let due = (first..self.count).find(
+                |&place| matches!(self.slaves.get(place), Some(Some(slave)) if slave.is_due(now)),
+            );
             self.step = due.map_or(Step::Control, Step::Slave);
         }
         if let Step::Slave(place) = self.step
