@@ -21,34 +21,13 @@ pub fn pump(
     now: Instant,
     stations: &mut [(PortId, &mut dyn Station)],
 ) -> Option<Instant> {
-    let mut buf = [0; MAX_TELEGRAM];
-    let quiet_until = loop {
-        let (line, timer) = (bus.poll_timeout(), earliest_timeout(stations));
-        match (line, timer) {
-            (Some(at), timer) if at <= now && timer.is_none_or(|timer| at <= timer) => {
-                deliver(bus, at, stations, &mut buf);
-            }
-            (_, Some(at)) if at <= now => {
-                if expire(bus, at, stations, &mut buf) == Progress::Stuck {
-                    debug_assert!(
-                        false,
-                        "a timeout was not later than the one handled at {at}"
-                    );
-                    return Some(at);
-                }
-            }
-            _ => break line.into_iter().chain(timer).min(),
-        }
-    };
-    let mut sent = false;
-    for (port, station) in stations.iter_mut() {
-        sent |= send(bus, now, *port, *station, &mut buf);
-    }
-    if sent {
-        next_wakeup(bus, stations)
-    } else {
-        quiet_until
-    }
+    let mut buf = bus
+        .scratch
+        .take()
+        .unwrap_or_else(|| Box::new([0; MAX_TELEGRAM]));
+    let wakeup = run(bus, now, stations, &mut buf);
+    bus.scratch = Some(buf);
+    wakeup
 }
 
 /// When the line or a station has something to do next.
@@ -87,6 +66,42 @@ fn deliver(
             BusEvent::LineError { error, .. } => station.handle_line_error(at, error),
         }
         send(bus, at, port, station, buf);
+    }
+}
+
+#[inline]
+fn run(
+    bus: &mut VirtualBus,
+    now: Instant,
+    stations: &mut [(PortId, &mut dyn Station)],
+    buf: &mut [u8; MAX_TELEGRAM],
+) -> Option<Instant> {
+    let quiet_until = loop {
+        let (line, timer) = (bus.poll_timeout(), earliest_timeout(stations));
+        match (line, timer) {
+            (Some(at), timer) if at <= now && timer.is_none_or(|timer| at <= timer) => {
+                deliver(bus, at, stations, buf);
+            }
+            (_, Some(at)) if at <= now => {
+                if expire(bus, at, stations, buf) == Progress::Stuck {
+                    debug_assert!(
+                        false,
+                        "a timeout was not later than the one handled at {at}"
+                    );
+                    return Some(at);
+                }
+            }
+            _ => break line.into_iter().chain(timer).min(),
+        }
+    };
+    let mut sent = false;
+    for (port, station) in stations.iter_mut() {
+        sent |= send(bus, now, *port, *station, buf);
+    }
+    if sent {
+        next_wakeup(bus, stations)
+    } else {
+        quiet_until
     }
 }
 

@@ -3,7 +3,7 @@
 use super::fault::{Disturbance, Script, received};
 use super::police::Police;
 pub use super::police::{Rule, Violation};
-use crate::station::LineError;
+use crate::station::{LineError, MAX_TELEGRAM};
 use crate::time::{Baud, Instant};
 
 /// A place where a station is connected to a line.
@@ -117,11 +117,15 @@ pub struct VirtualBus {
     /// Transmissions on the line in the order of their start; those from index `active` on are kept for their buffers.
     bursts: Vec<Burst>,
     active: usize,
+    /// When the earliest run of these is due.
+    due: Option<Instant>,
     number: u64,
     disturbance: Option<Disturbance>,
     scripts: Vec<Script>,
     statistics: Statistics,
     police: Police,
+    /// Where the pump lets stations write; kept here so that it need not be cleared at every call.
+    pub(super) scratch: Option<Box<[u8; MAX_TELEGRAM]>>,
 }
 
 #[derive(Clone, Debug)]
@@ -178,11 +182,13 @@ impl VirtualBus {
             ports: Vec::new(),
             bursts: Vec::new(),
             active: 0,
+            due: None,
             number: 0,
             disturbance: None,
             scripts: Vec::new(),
             statistics: Statistics::default(),
             police: Police::new(baud),
+            scratch: None,
         }
     }
 
@@ -321,47 +327,52 @@ impl VirtualBus {
         }
         burst.plan(0, self.baud, now);
         self.active += 1;
+        self.find_due();
         end
     }
 
     /// When the next event is due.
     #[inline]
     #[must_use]
-    pub fn poll_timeout(&self) -> Option<Instant> {
-        self.on_the_way()
-            .iter()
-            .filter_map(|burst| burst.runs.get(burst.next_run))
-            .map(|run| run.at)
-            .min()
+    pub const fn poll_timeout(&self) -> Option<Instant> {
+        self.due
     }
 
     /// The next event that happened up to and including `now`. To be called until `None`.
     #[inline]
     pub fn poll(&mut self, now: Instant) -> Option<BusEvent<'_>> {
-        let (index, run, receiver) = 'search: loop {
-            self.retire();
-            let (index, run) = self.next_run()?;
-            if run.at > now {
-                return None;
-            }
+        if self.due.is_none_or(|due| due > now) {
+            return None;
+        }
+        self.next_event(now)
+    }
+
+    fn next_event(&mut self, now: Instant) -> Option<BusEvent<'_>> {
+        let (index, run, receiver) = loop {
+            let due = self.due.filter(|due| *due <= now)?;
+            // They stand in the order of their start, so the first one that is due comes first.
+            let index = self
+                .on_the_way()
+                .iter()
+                .position(|burst| burst.due() == Some(due))?;
+            let ports = self.ports.len();
             let burst = &mut self.bursts[index];
+            let run = *burst.runs.get(burst.next_run)?;
             if !burst.sent && burst.next_run + 1 == burst.runs.len() {
                 burst.sent = true;
                 break (index, run, None);
             }
-            let sender = burst.sender;
-            let first = burst.next_receiver;
-            if run.mark != Some(Mark::Lost) {
-                for receiver in first..self.ports.len() {
-                    if receiver != sender && self.hears(receiver, sender, &run) {
-                        self.bursts[index].next_receiver = receiver + 1;
-                        break 'search (index, run, Some(receiver));
-                    }
-                }
+            let (sender, first) = (burst.sender, burst.next_receiver);
+            let receiver = (first..ports)
+                .find(|receiver| *receiver != sender && self.hears(*receiver, sender, &run));
+            let next = receiver.map_or(ports, |receiver| receiver + 1);
+            self.bursts[index].next_receiver = next;
+            if next == ports || (next + 1 == ports && next == sender) {
+                self.advance(index);
             }
-            let burst = &mut self.bursts[index];
-            burst.next_run += 1;
-            burst.next_receiver = 0;
+            if receiver.is_some() {
+                break (index, run, receiver);
+            }
         };
         let burst = &self.bursts[index];
         let at = run.at;
@@ -389,25 +400,27 @@ impl VirtualBus {
         &self.bursts[..self.active]
     }
 
-    /// The run that is due first; of several, that of the transmission that began first.
+    /// Everybody has had the present run of a transmission.
     #[inline]
-    fn next_run(&self) -> Option<(usize, Run)> {
-        let mut first: Option<(usize, Run)> = None;
-        for (index, burst) in self.on_the_way().iter().enumerate() {
-            if let Some(run) = burst.runs.get(burst.next_run)
-                && first.is_none_or(|(_, earliest)| run.at < earliest.at)
-            {
-                first = Some((index, *run));
-            }
+    fn advance(&mut self, index: usize) {
+        if let Some(burst) = self.bursts.get_mut(index) {
+            burst.next_run += 1;
+            burst.next_receiver = 0;
         }
-        first
+        self.find_due();
+    }
+
+    #[inline]
+    fn find_due(&mut self) {
+        self.due = self.on_the_way().iter().filter_map(Burst::due).min();
     }
 
     /// Whether a port can receive a run of a transmission: it is connected, and it was not sending itself during the first character.
     #[inline]
     fn hears(&self, receiver: usize, sender: usize, run: &Run) -> bool {
         let port = &self.ports[receiver];
-        if port.connection == Connection::Disconnected
+        if run.mark == Some(Mark::Lost)
+            || port.connection == Connection::Disconnected
             || self.ports[sender].connection == Connection::Disconnected
         {
             return false;
@@ -447,6 +460,12 @@ impl Burst {
         self.octets.extend_from_slice(octets);
         self.marks.clear();
         self.runs.clear();
+    }
+
+    /// When its next run is due.
+    #[inline]
+    fn due(&self) -> Option<Instant> {
+        self.runs.get(self.next_run).map(|run| run.at)
     }
 
     /// Divides the characters from `from` on into runs; none of them is due before `not_before`.
