@@ -198,6 +198,26 @@ fn the_fdl_status_names_a_passive_station() {
 }
 
 #[test]
+fn an_fdl_status_between_a_request_and_its_repetition_does_not_change_the_reply() {
+    let mut bench = Bench::owned_by(2);
+    bench.slave.set_inputs(&[3; 8]);
+    let reply = bench.ask(2, None, Fcb::High, &[7; 8]);
+    bench.hear(&[0x10, 0x03, 0x04, 0x49, 0x50, 0x16]);
+    assert_eq!(bench.ask(2, None, Fcb::High, &[7; 8]), reply);
+}
+
+#[test]
+fn inputs_set_before_the_configuration_are_in_the_first_reply() {
+    let mut bench = Bench::new();
+    bench.slave.set_inputs(&[3; 20]);
+    bench.set_prm(2, 0x80, Fcb::First);
+    bench.ask(2, Some(sap::CHK_CFG), Fcb::Low, &[0xF3]);
+    let reply = bench.ask(2, None, Fcb::High, &[0; 8]);
+    // SD3 DA SA FC, then eight octets
+    assert_eq!(reply[4..12], [3; 8]);
+}
+
+#[test]
 fn min_tsdr_of_set_prm_holds_from_the_next_request_on() {
     let mut bench = Bench::new();
     let prm = [0x80, 0, 0, 60, 0x00, 0xDA, 0];

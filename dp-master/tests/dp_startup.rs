@@ -168,3 +168,34 @@ fn stop_leaves_the_slaves_alone_and_operate_starts_them_again() {
     assert_eq!(line.master.state(line.indices[0]), SlaveState::DataExchange);
     line.assert_no_violations();
 }
+
+#[test]
+fn a_stop_and_start_within_one_exchange_takes_no_answer_for_another() {
+    // The answer to the Data_Exchange under way must not be read as the diagnosis that the new start-up waits for.
+    let mut line = Line::new(Baud::B1500000, &[one_block()]);
+    line.add_slave(slave_identity(Baud::B1500000));
+    line.master.set_mode(Mode::Operate);
+    let index = line.indices[0];
+    line.run_until(|line| line.master.exchanges(index) > 3);
+    line.master_events();
+    line.run_until(|line| {
+        let last = line.tap.log.last();
+        last.is_some_and(|last| last.starts_with("A2 03 02") && last.len() == 41)
+    });
+    line.master.set_mode(Mode::Stop);
+    line.master.set_mode(Mode::Operate);
+    line.run_for(Duration::from_millis(5));
+    assert_eq!(line.master.state(index), SlaveState::DataExchange);
+    let events = line.master_events();
+    assert!(
+        matches!(
+            events[..],
+            [
+                MasterEvent::SlaveLost { .. },
+                MasterEvent::DataExchange { .. }
+            ]
+        ),
+        "{events:?}"
+    );
+    line.assert_no_violations();
+}

@@ -201,6 +201,7 @@ impl<const N: usize> DpMaster<N> {
                 slaves: [const { None }; N],
                 count: 0,
                 step: Step::Begin,
+                stale: false,
                 control: None,
                 control_octets: [0; 2],
                 cycle_started: None,
@@ -398,6 +399,8 @@ struct Cyclic<const N: usize> {
     slaves: [Option<SlaveHandler>; N],
     count: usize,
     step: Step,
+    /// The answer under way belongs to a slave state that Stop has ended.
+    stale: bool,
     control: Option<GlobalControl>,
     control_octets: [u8; 2],
     cycle_started: Option<Instant>,
@@ -434,6 +437,7 @@ impl<const N: usize> Cyclic<N> {
     }
 
     fn stop_slaves(&mut self) {
+        self.stale = true;
         for (place, slave) in self.slaves.iter_mut().enumerate() {
             if let Some(slave) = slave {
                 let context = context(&self.config, place);
@@ -467,6 +471,8 @@ fn context(config: &MasterConfig, place: usize) -> Context {
 impl<const N: usize> TokenUser for Cyclic<N> {
     /// At most one look at each slave.
     fn next_action(&mut self, now: Instant) -> Action<'_> {
+        // Nothing is under way when this is asked.
+        self.stale = false;
         if self.step == Step::Begin {
             if let Some(started) = self.cycle_started {
                 let due = started + self.config.min_cycle;
@@ -479,10 +485,9 @@ impl<const N: usize> TokenUser for Cyclic<N> {
         }
         if let Step::Slave(first) = self.step {
             let first = if self.mode == Mode::Stop { N } else { first };
-            let due = (first..self.count).find_map(|place| {
-                let handler = self.slaves.get(place)?.as_ref()?;
-                handler.next_action(now, self.config.address, self.mode).map(|_| place)
-            });
+            let due = (first..self.count).find(
+                |&place| matches!(self.slaves.get(place), Some(Some(slave)) if slave.is_due(now)),
+            );
             self.step = due.map_or(Step::Control, Step::Slave);
         }
         if let Step::Slave(place) = self.step
@@ -516,8 +521,7 @@ impl<const N: usize> TokenUser for Cyclic<N> {
                 let Some(Some(handler)) = self.slaves.get_mut(place) else {
                     return;
                 };
-                // Stop came while the request was under way: its answer counts no more.
-                if self.mode == Mode::Stop {
+                if self.stale {
                     return;
                 }
                 let context = context(&self.config, place);

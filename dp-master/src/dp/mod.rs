@@ -1,4 +1,47 @@
 //! Decentralised periphery (DP-V0): start-up, cyclic exchange and diagnosis, master and slave side.
+//!
+//! # Example
+//!
+//! A master and a slave on a virtual line, from power-on to the exchange of data.
+//!
+//! ```
+//! # #[cfg(feature = "std")]
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use dp_master::address::Address;
+//! use dp_master::dp::{
+//!     AcceptedConfigurations, DpMaster, DpSlave, MasterConfig, Mode, SlaveConfig, SlaveIdentity, SlaveState,
+//! };
+//! use dp_master::fdl::BusParams;
+//! use dp_master::phy::{PortId, VirtualBus, pump};
+//! use dp_master::station::Station;
+//! use dp_master::time::{Baud, Instant};
+//!
+//! let baud = Baud::B12000000;
+//! let (plc, drive) = (Address::new(2)?, Address::new(3)?);
+//! let mut master = DpMaster::<1>::new(MasterConfig::new(plc, BusParams::standard(baud)))?;
+//! let axis = master.add_slave(SlaveConfig::new(drive, 0x00DA, &[0xF3, 0xF3])?)?;
+//! master.set_outputs(axis, &[7; 16])?;
+//! master.set_mode(Mode::Operate);
+//!
+//! let accepted = AcceptedConfigurations::Table(&[&[0xF3, 0xF3]]);
+//! let mut slave = DpSlave::new(SlaveIdentity::new(drive, 0x00DA, baud, accepted))?;
+//! slave.set_inputs(&[9; 16]);
+//!
+//! let mut bus = VirtualBus::new(baud);
+//! let ports = [bus.attach(), bus.attach()];
+//! let mut now = Instant::ZERO;
+//! while master.exchanges(axis) < 3 {
+//!     let mut stations: [(PortId, &mut dyn Station); 2] = [(ports[0], &mut master), (ports[1], &mut slave)];
+//!     now = pump(&mut bus, now, &mut stations).ok_or("nobody waits for anything")?;
+//! }
+//! assert_eq!(master.state(axis), SlaveState::DataExchange);
+//! assert_eq!(master.inputs(axis), [9; 16]);
+//! assert_eq!(slave.outputs(), [7; 16]);
+//! # Ok(())
+//! # }
+//! # #[cfg(not(feature = "std"))]
+//! # fn main() {}
+//! ```
 
 mod cfg;
 mod control;
@@ -9,6 +52,7 @@ mod master;
 mod prm;
 mod slave;
 mod slave_handler;
+mod slave_identity;
 mod watchdog;
 
 pub use cfg::{CfgError, Configuration, Consistency, Identifier, IoLengths, io_lengths};
@@ -24,10 +68,12 @@ pub use prm::{
     FREEZE_REQ, LOCK_REQ, LockRequest, MAX_USER_PRM, SET_PRM_LEN, SYNC_REQ, SetPrm, SetPrmError, UNLOCK_REQ, WD_ON,
 };
 pub use slave::{
-    AcceptedConfigurations, DpSlave, ExtDiag, ExtDiagError, IdentityError, LeaveReason, OutputsOnLeave, SlaveEvent,
-    SlaveIdentity, SlavePhase, SlaveStatistics, Support,
+    DpSlave, ExtDiag, ExtDiagError, LeaveReason, SlaveEvent, SlavePhase, SlaveStatistics,
 };
 pub use slave_handler::{ClearOutputs, Demand, LossCause, SlaveConfig, SlaveState};
+pub use slave_identity::{
+    AcceptedConfigurations, IdentityError, OutputsOnLeave, SlaveIdentity, Support,
+};
 pub use watchdog::{Watchdog, WatchdogError};
 
 /// Service access points of DP.

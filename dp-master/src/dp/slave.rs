@@ -20,109 +20,20 @@
 //!
 //! Source: IEC 61158-6-3 (slave state machine); 9300 facts 1.2–1.6.
 
-use core::ops::RangeInclusive;
-
-use super::cfg::{IoLengths, io_lengths};
+use super::cfg::IoLengths;
 use super::control::{ControlCommand, GlobalControl};
 use super::diag::{EXT_DIAG_OVERFLOW, MAX_EXT_DIAG, Overflow, SLAVE_DIAG_LEN, StandardDiag, StationStatus};
 use super::events::EventQueue;
 use super::image::{MAX_DATA, Octets, ProcessImage};
 use super::prm::{LockRequest, MAX_USER_PRM, SetPrm};
 use super::sap;
+use super::slave_identity::{IdentityError, OutputsOnLeave, SlaveIdentity, Support};
 use super::watchdog::Watchdog;
 use crate::address::Address;
 use crate::fdl::{Responder, ResponderStatistics, ResponderUser, Response, Timer, Timers};
 use crate::station::{LineError, MAX_TELEGRAM, Station};
-use crate::time::{Baud, BitTimes, Duration, Instant};
+use crate::time::{BitTimes, Instant};
 use crate::wire::{FunctionCode, Header, RequestFunction, ResponseFunction};
-
-/// Which identifier octets a slave accepts in Chk_Cfg.
-#[derive(Debug, Clone, Copy)]
-pub enum AcceptedConfigurations {
-    /// These, in the general identifier format.
-    Table(&'static [&'static [u8]]),
-    /// Those for which the function gives lengths; for configurations with a rule instead of a list. Lengths above 244 count as refused.
-    Rule(fn(&[u8]) -> Option<IoLengths>),
-}
-
-impl AcceptedConfigurations {
-    fn check(self, identifiers: &[u8]) -> Option<IoLengths> {
-        let lengths = match self {
-            Self::Table(table) if table.contains(&identifiers) => io_lengths(identifiers).ok(),
-            Self::Table(_) => None,
-            Self::Rule(rule) => rule(identifiers),
-        };
-        lengths.filter(|lengths| lengths.inputs <= MAX_DATA && lengths.outputs <= MAX_DATA)
-    }
-}
-
-/// Whether a slave can do something optional.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Support {
-    /// It can.
-    Supported,
-    /// It cannot; being asked for it is refused with Not_Supported.
-    Unsupported,
-}
-
-/// What becomes of the outputs when data exchange ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OutputsOnLeave {
-    /// They become zero (the standard's way).
-    Clear,
-    /// They stay as they are; the device decides (9300 facts 1.5: reaction "none" goes on with the last data).
-    Hold,
-}
-
-/// Who a slave is and what it accepts.
-#[derive(Debug, Clone)]
-pub struct SlaveIdentity {
-    /// Station address, 0…126.
-    pub address: Address,
-    /// Ident number.
-    pub ident: u16,
-    /// Baud rate of the line; finding it is the driver's task.
-    pub baud: Baud,
-    /// Accepted configurations.
-    pub configurations: AcceptedConfigurations,
-    /// What Get_Cfg answers before a Chk_Cfg was accepted.
-    pub real_configuration: &'static [u8],
-    /// Accepted numbers of user parameter octets. Default 0…237.
-    pub user_prm_len: RangeInclusive<usize>,
-    /// Sync. Default supported (9300 facts 1.1).
-    pub sync: Support,
-    /// Freeze. Default supported (9300 facts 1.1).
-    pub freeze: Support,
-    /// Time between request and reply in tBIT, 11…1023: what the station needs, or Set_Prm's min Tsdr if that is longer. Default 11.
-    pub min_tsdr: u16,
-    /// Outputs after data exchange. Default cleared.
-    pub outputs_on_leave: OutputsOnLeave,
-    /// Gaps inside a telegram which an operating system may make; zero on real hardware.
-    pub latency_allowance: Duration,
-}
-
-impl SlaveIdentity {
-    /// A slave with the defaults named at the fields.
-    pub const fn new(address: Address, ident: u16, baud: Baud, configurations: AcceptedConfigurations) -> Self {
-        let real_configuration = match configurations {
-            AcceptedConfigurations::Table([first, ..]) => *first,
-            _ => &[],
-        };
-        Self {
-            address,
-            ident,
-            baud,
-            configurations,
-            real_configuration,
-            user_prm_len: 0..=MAX_USER_PRM,
-            sync: Support::Supported,
-            freeze: Support::Supported,
-            min_tsdr: 11,
-            outputs_on_leave: OutputsOnLeave::Clear,
-            latency_allowance: Duration::ZERO,
-        }
-    }
-}
 
 /// The state of a slave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -230,12 +141,7 @@ impl DpSlave {
     ///
     /// [`IdentityError`] when the address is no station's or the reply time is out of range.
     pub fn new(identity: SlaveIdentity) -> Result<Self, IdentityError> {
-        if identity.address.is_broadcast() {
-            return Err(IdentityError::Address { got: identity.address });
-        }
-        if !(11..=1023).contains(&identity.min_tsdr) {
-            return Err(IdentityError::MinTsdr { got: identity.min_tsdr });
-        }
+        identity.validate()?;
         Ok(Self {
             responder: Responder::new(identity.address, identity.baud, identity.latency_allowance),
             device: Device {
@@ -309,11 +215,13 @@ impl DpSlave {
     }
 
     /// Sets the inputs which the next request gets, all at once. Octets beyond the configured length are ignored, missing ones are zero.
+    /// They may be set before there is a configuration.
     pub fn set_inputs(&mut self, octets: &[u8]) {
         let device = &mut self.device;
-        copy_padded(octets, device.process_inputs.as_mut_slice());
+        let fitting = octets.get(..MAX_DATA).unwrap_or(octets);
+        device.process_inputs.replace(fitting);
         if device.freeze == Hold::Follows {
-            copy_padded(octets, device.inputs.as_mut_slice());
+            device.release_inputs();
         }
     }
 
@@ -420,8 +328,9 @@ struct Device {
     outputs: ProcessImage,
     /// Outputs received last; equal to `outputs` unless Sync holds those.
     staged_outputs: ProcessImage,
+    /// Inputs as the device gave them last, of any length.
     process_inputs: ProcessImage,
-    /// Inputs as the bus sees them; equal to `process_inputs` unless Freeze holds them.
+    /// Inputs as the bus sees them, in the configured length; those of the device unless Freeze holds them.
     inputs: ProcessImage,
     ext_diag: Octets<MAX_EXT_DIAG>,
     ext_diag_kind: ExtDiag,
@@ -468,10 +377,10 @@ impl ResponderUser for Device {
         {
             return;
         }
+        self.retrigger(now, header.sa);
         if let Some(control) = GlobalControl::parse(data)
             && control.addresses(self.group)
         {
-            self.retrigger(now, header.sa);
             self.global_control(control.command);
         }
     }
@@ -653,8 +562,8 @@ impl Device {
         self.lengths = lengths;
         self.outputs.reset(lengths.outputs);
         self.staged_outputs.reset(lengths.outputs);
-        self.process_inputs.reset(lengths.inputs);
         self.inputs.reset(lengths.inputs);
+        self.release_inputs();
         self.phase = SlavePhase::DataExchange;
         self.retrigger(now, sa);
         self.events.push(SlaveEvent::Configured { lengths });
@@ -689,12 +598,16 @@ impl Device {
         if self.identity.freeze == Support::Supported {
             if command.contains(ControlCommand::UNFREEZE) {
                 self.freeze = Hold::Follows;
-                self.inputs = self.process_inputs;
+                self.release_inputs();
             } else if command.contains(ControlCommand::FREEZE) {
                 self.freeze = Hold::Held;
-                self.inputs = self.process_inputs;
+                self.release_inputs();
             }
         }
+    }
+
+    fn release_inputs(&mut self) {
+        copy_padded(&self.process_inputs, self.inputs.as_mut_slice());
     }
 
     fn release_outputs(&mut self) {
@@ -730,7 +643,7 @@ impl Device {
         self.group = 0;
         self.sync = Hold::Follows;
         self.freeze = Hold::Follows;
-        self.inputs = self.process_inputs;
+        self.release_inputs();
         if was_in_exchange {
             if self.identity.outputs_on_leave == OutputsOnLeave::Clear {
                 self.staged_outputs.reset(self.lengths.outputs);
@@ -756,24 +669,6 @@ fn copy_padded(from: &[u8], to: &mut [u8]) {
     for (place, octet) in to.iter_mut().enumerate() {
         *octet = from.get(place).copied().unwrap_or(0);
     }
-}
-
-/// Why an identity is no slave's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum IdentityError {
-    /// 127 is no station.
-    #[error("slave address: expected 0 to 126, got {got}")]
-    Address {
-        /// The address.
-        got: Address,
-    },
-    /// The reply time is out of range.
-    #[error("min Tsdr of a slave: expected 11 to 1023 tBIT, got {got}")]
-    MinTsdr {
-        /// The value.
-        got: u16,
-    },
 }
 
 /// Extended diagnosis that fits into no telegram.

@@ -250,6 +250,11 @@ impl SlaveHandler {
         self.exchanges
     }
 
+    /// Whether there is something to do in this cycle.
+    pub(super) fn is_due(&self, now: Instant) -> bool {
+        !matches!(self.state, SlaveState::Offline | SlaveState::Refused) || self.due <= now
+    }
+
     /// What to do in this cycle; `None` when there is nothing.
     pub(super) fn next_action(&self, now: Instant, master: Address, mode: Mode) -> Option<Action<'_>> {
         let request = |sap: Option<u8>, data| {

@@ -187,8 +187,7 @@ impl Core {
             }
             _ if to_all => {}
             RequestFunction::FdlStatus => {
-                self.statistics.requests += 1;
-                self.answer(header, Response::Refuse(ResponseFunction::Ok));
+                self.answer_uncounted(header, ResponseFunction::Ok);
                 self.schedule(now, user.t_sdr());
             }
             RequestFunction::SdaLow | RequestFunction::SdaHigh | RequestFunction::SrdLow | RequestFunction::SrdHigh => {
@@ -207,13 +206,19 @@ impl Core {
                 }
             }
             RequestFunction::Ident | RequestFunction::LsapStatus => {
-                self.statistics.requests += 1;
-                self.answer(header, Response::Refuse(ResponseFunction::NoService));
+                self.answer_uncounted(header, ResponseFunction::NoService);
                 self.schedule(now, user.t_sdr());
             }
             // Clock telegrams, multicast replies and codes without a name are not for a DP-V0 slave.
             _ => {}
         }
+    }
+
+    /// The answer takes the place of the stored reply, which can then not be repeated any more.
+    fn answer_uncounted(&mut self, request: &Header, function: ResponseFunction) {
+        self.statistics.requests += 1;
+        self.guard.clear();
+        self.answer(request, Response::Refuse(function));
     }
 
     fn answer(&mut self, request: &Header, response: Response<'_>) {

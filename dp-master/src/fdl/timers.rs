@@ -23,44 +23,70 @@ impl Timer {
 }
 
 /// The deadlines of one station.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub struct Timers {
-    deadlines: [Option<Instant>; Timer::ALL.len()],
+    /// [`STOPPED`] for a timer that does not run: plain numbers make the minimum, which is asked for after every call, cheap.
+    deadlines: [Instant; Timer::ALL.len()],
 }
+
+/// No moment that a timer could be set to: 584 years.
+const STOPPED: Instant = Instant::MAX;
 
 impl Timers {
     /// Starts or restarts a timer.
+    #[inline]
     pub fn start(&mut self, timer: Timer, at: Instant) {
-        self.deadlines[timer as usize] = Some(at);
+        self.deadlines[timer as usize] = at;
     }
 
     /// Stops a timer.
+    #[inline]
     pub fn stop(&mut self, timer: Timer) {
-        self.deadlines[timer as usize] = None;
+        self.deadlines[timer as usize] = STOPPED;
     }
 
     /// When the timer is due, if it runs.
+    #[inline]
     pub fn deadline(&self, timer: Timer) -> Option<Instant> {
-        self.deadlines[timer as usize]
+        Some(self.deadlines[timer as usize]).filter(|at| *at != STOPPED)
     }
 
     /// Whether the timer runs.
+    #[inline]
     pub fn is_running(&self, timer: Timer) -> bool {
-        self.deadline(timer).is_some()
+        self.deadlines[timer as usize] != STOPPED
     }
 
     /// The earliest deadline.
+    #[inline]
     pub fn next(&self) -> Option<Instant> {
-        self.deadlines.iter().flatten().min().copied()
+        Some(self.earliest()).filter(|at| *at != STOPPED)
     }
 
     /// A timer that is due at `now`; it is stopped before it is returned, so that acting on it may start it again.
+    #[inline]
     pub fn expire(&mut self, now: Instant) -> Option<Timer> {
+        if self.earliest() > now {
+            return None;
+        }
         let timer = Timer::ALL
             .into_iter()
             .find(|&timer| self.deadline(timer).is_some_and(|at| at <= now))?;
         self.stop(timer);
         Some(timer)
+    }
+
+    #[inline]
+    fn earliest(&self) -> Instant {
+        self.deadlines.iter().copied().fold(STOPPED, Instant::min)
+    }
+}
+
+impl Default for Timers {
+    fn default() -> Self {
+        Self {
+            deadlines: [STOPPED; Timer::ALL.len()],
+        }
     }
 }
 
