@@ -190,10 +190,7 @@ fn a_stop_and_start_within_one_exchange_takes_no_answer_for_another() {
     assert!(
         matches!(
             events[..],
-            [
-                MasterEvent::SlaveLost { .. },
-                MasterEvent::DataExchange { .. }
-            ]
+            [MasterEvent::SlaveLost { .. }, MasterEvent::DataExchange { .. }]
         ),
         "{events:?}"
     );

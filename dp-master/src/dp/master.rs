@@ -485,9 +485,8 @@ impl<const N: usize> TokenUser for Cyclic<N> {
         }
         if let Step::Slave(first) = self.step {
             let first = if self.mode == Mode::Stop { N } else { first };
-            let due = (first..self.count).find(
-                |&place| matches!(self.slaves.get(place), Some(Some(slave)) if slave.is_due(now)),
-            );
+            let due = (first..self.count)
+                .find(|&place| matches!(self.slaves.get(place), Some(Some(slave)) if slave.is_due(now)));
             self.step = due.map_or(Step::Control, Step::Slave);
         }
         if let Step::Slave(place) = self.step

@@ -67,13 +67,9 @@ pub use master::{
 pub use prm::{
     FREEZE_REQ, LOCK_REQ, LockRequest, MAX_USER_PRM, SET_PRM_LEN, SYNC_REQ, SetPrm, SetPrmError, UNLOCK_REQ, WD_ON,
 };
-pub use slave::{
-    DpSlave, ExtDiag, ExtDiagError, LeaveReason, SlaveEvent, SlavePhase, SlaveStatistics,
-};
+pub use slave::{DpSlave, ExtDiag, ExtDiagError, LeaveReason, SlaveEvent, SlavePhase, SlaveStatistics};
 pub use slave_handler::{ClearOutputs, Demand, LossCause, SlaveConfig, SlaveState};
-pub use slave_identity::{
-    AcceptedConfigurations, IdentityError, OutputsOnLeave, SlaveIdentity, Support,
-};
+pub use slave_identity::{AcceptedConfigurations, IdentityError, OutputsOnLeave, SlaveIdentity, Support};
 pub use watchdog::{Watchdog, WatchdogError};
 
 /// Service access points of DP.

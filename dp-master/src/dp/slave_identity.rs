@@ -75,12 +75,7 @@ pub struct SlaveIdentity {
 
 impl SlaveIdentity {
     /// A slave with the defaults named at the fields.
-    pub const fn new(
-        address: Address,
-        ident: u16,
-        baud: Baud,
-        configurations: AcceptedConfigurations,
-    ) -> Self {
+    pub const fn new(address: Address, ident: u16, baud: Baud, configurations: AcceptedConfigurations) -> Self {
         let real_configuration = match configurations {
             AcceptedConfigurations::Table([first, ..]) => *first,
             _ => &[],
