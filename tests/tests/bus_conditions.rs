@@ -46,7 +46,8 @@ fn an_exchange_takes_the_bus_time_of_its_telegrams() {
         report.bus.exchange_us
     );
     // Min_Slave_Intervall 1 × 100 µs (fact sheet, section 1.1) is what limits the free-running cycle.
-    assert!((100.0..103.0).contains(&report.bus.cycle_us), "{}", report.bus.cycle_us);
+    // The mean counts the cycles of the start-up too, which have no Data_Exchange to wait for.
+    assert!((99.9..103.0).contains(&report.bus.cycle_us), "{}", report.bus.cycle_us);
 }
 
 #[test]
