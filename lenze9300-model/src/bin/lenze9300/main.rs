@@ -1,5 +1,6 @@
 //! The modelled drive as a process.
 
+mod reader;
 mod serve;
 
 use std::process::ExitCode;
@@ -9,7 +10,7 @@ use clap::{Parser, Subcommand};
 
 /// A modelled Lenze 9300 servo position controller with its PROFIBUS module.
 #[derive(Debug, Parser)]
-#[command(name = "lenze9300", version)]
+#[command(name = "lenze9300", version, subcommand_required = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -33,11 +34,15 @@ fn main() -> ExitCode {
         }
         Err(error) => {
             let text = error.to_string();
-            let first = text.lines().next().unwrap_or("the arguments are wrong");
-            return fail(&format!(
-                "{}; `lenze9300 serve --help` lists what is allowed",
-                first.strip_prefix("error: ").unwrap_or(first)
-            ));
+            // What follows the first empty line is usage. What comes before may be a list over several lines.
+            let lines: Vec<&str> = text
+                .lines()
+                .take_while(|line| !line.trim().is_empty())
+                .map(str::trim)
+                .collect();
+            let message = lines.join(" ");
+            let sentence = message.strip_prefix("error: ").unwrap_or(&message);
+            return fail(&format!("{sentence}; `lenze9300 serve --help` lists what is allowed"));
         }
     };
     match cli.command {
