@@ -65,6 +65,7 @@ pub fn run(line: &RealLine, plan: FeedPlan, mut feed_done: impl FnMut()) -> Resu
     };
     let mut outputs = [0; IMAGE];
     let mut feeds: Vec<FeedReport> = Vec::new();
+    let mut warnings = Vec::new();
     let mut aborted = None;
     let mut last_trouble = None;
 
@@ -87,13 +88,15 @@ pub fn run(line: &RealLine, plan: FeedPlan, mut feed_done: impl FnMut()) -> Resu
         let told = operator.scan(now_ns, block.outputs(), watch.rounds(), &mut inputs);
         match told {
             Some(OperatorEvent::FeedOver { mode, job_ns }) => {
-                feeds.push(seen_from_the_bus(
-                    feeds.len() + 1,
-                    mode,
-                    length_mm,
-                    block.outputs(),
-                    job_ns,
-                ));
+                let n = feeds.len() + 1;
+                let feed = seen_from_the_bus(n, mode, length_mm, block.outputs(), job_ns);
+                if mode == FeedMode::Mark && ended_at_search_end(&feed, length_mm) {
+                    warnings.push(format!(
+                        "feed {n}: no mark was found up to the end of the search, {:.1} mm after the start",
+                        SEARCH_LENGTHS * length_mm
+                    ));
+                }
+                feeds.push(feed);
                 feed_done();
             }
             Some(OperatorEvent::Finished) => break,
@@ -124,12 +127,13 @@ pub fn run(line: &RealLine, plan: FeedPlan, mut feed_done: impl FnMut()) -> Resu
 
     let statistics = master.statistics();
     let simulated_s = started.elapsed().as_secs_f64();
-    let ok = aborted.is_none() && feeds.iter().all(|feed| feed.landed(ErrorKnown::WhereTheBusTells));
+    let ok =
+        aborted.is_none() && warnings.is_empty() && feeds.iter().all(|feed| feed.landed(ErrorKnown::WhereTheBusTells));
     Ok(RunReport {
         feeds,
         bus: BusReport::new(line.baud, &statistics, 0),
         parameters: watch.troubles().to_vec(),
-        warnings: Vec::new(),
+        warnings,
         aborted,
         simulated_s,
         wall_s: 0.0,
@@ -162,6 +166,17 @@ fn seen_from_the_bus(n: usize, mode: FeedMode, length_mm: f64, outputs: &Outputs
         max_following_error_mm: None,
         reversed: false,
     }
+}
+
+/// Records 03 and 04 together: one length less 100 mm, then 100 mm and one more length (film-feed specification,
+/// section 6).
+const SEARCH_LENGTHS: f64 = 2.0;
+
+/// The bus does not say whether a mark was found; the way does: without one it is the whole search.
+fn ended_at_search_end(feed: &FeedReport, length_mm: f64) -> bool {
+    const CLOSE_MM: f64 = 0.05;
+    feed.film_mm
+        .is_some_and(|mm| (mm - SEARCH_LENGTHS * length_mm).abs() < CLOSE_MM)
 }
 
 /// Why a slave is not in data exchange, in one sentence.

@@ -197,11 +197,15 @@ impl RunReport {
             .filter(|feed| feed.error_mm.is_some_and(|error| error.abs() <= TOLERANCE_MM))
             .count();
         let reversed = self.feeds.iter().filter(|feed| feed.reversed).count();
+        let measured = self.feeds.iter().filter(|feed| feed.error_mm.is_some()).count();
         let all = self.feeds.len();
         write!(
             f,
             "{within} of {all} feeds within ±{TOLERANCE_MM} mm, {finished} finished, {reversed} reversed"
         )?;
+        if measured < all {
+            write!(f, ", {} without a known target", all - measured)?;
+        }
         match self.largest_error_mm() {
             Some(error) => writeln!(f, "; largest error {:.2} µm", error * 1000.0)?,
             None => writeln!(f)?,

@@ -67,8 +67,14 @@ fn report_usage(error: &clap::Error) -> u8 {
         return DONE;
     }
     let text = error.to_string();
-    let first = text.lines().next().unwrap_or("the arguments are wrong");
-    let sentence = first.strip_prefix("error: ").unwrap_or(first);
+    // What follows the first empty line is usage. What comes before may be a list over several lines.
+    let lines: Vec<&str> = text
+        .lines()
+        .take_while(|line| !line.trim().is_empty())
+        .map(str::trim)
+        .collect();
+    let message = lines.join(" ");
+    let sentence = message.strip_prefix("error: ").unwrap_or(&message);
     eprintln!("film-feed: {sentence}; `film-feed run --help` lists what is allowed");
     BAD_INPUT
 }

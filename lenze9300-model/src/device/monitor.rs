@@ -77,10 +77,8 @@ impl Monitor {
 
     /// Resets the TRIP; refused while its cause is there.
     pub fn reset_trip(&mut self) {
-        if let Some(fault) = self.trip {
-            if !self.causes.contains(fault) {
-                self.trip = None;
-            }
+        if !self.trip_cause_present() {
+            self.trip = None;
         }
     }
 

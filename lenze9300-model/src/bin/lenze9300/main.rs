@@ -1,5 +1,6 @@
 //! The modelled drive as a process.
 
+mod reader;
 mod serve;
 
 use std::process::ExitCode;
@@ -31,13 +32,20 @@ fn main() -> ExitCode {
             print!("{error}");
             return ExitCode::SUCCESS;
         }
+        Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            return fail("a subcommand is needed, such as `lenze9300 serve --pty /tmp/drive`");
+        }
         Err(error) => {
             let text = error.to_string();
-            let first = text.lines().next().unwrap_or("the arguments are wrong");
-            return fail(&format!(
-                "{}; `lenze9300 serve --help` lists what is allowed",
-                first.strip_prefix("error: ").unwrap_or(first)
-            ));
+            // What follows the first empty line is usage. What comes before may be a list over several lines.
+            let lines: Vec<&str> = text
+                .lines()
+                .take_while(|line| !line.trim().is_empty())
+                .map(str::trim)
+                .collect();
+            let message = lines.join(" ");
+            let sentence = message.strip_prefix("error: ").unwrap_or(&message);
+            return fail(&format!("{sentence}; `lenze9300 serve --help` lists what is allowed"));
         }
     };
     match cli.command {

@@ -13,6 +13,8 @@ use lenze9300_model::bus::dp::{Emf2133, Emf2133Config, IDENT};
 use lenze9300_model::device::{Drive, DriveConfig};
 use lenze9300_model::{TICK_NS, TICKS_PER_MS};
 
+use crate::reader::MarkReader;
+
 /// What `lenze9300 serve` takes.
 #[derive(Debug, Args)]
 pub(crate) struct ServeArgs {
@@ -31,6 +33,9 @@ pub(crate) struct ServeArgs {
     /// Ident number the module answers with, such as 0x00DA.
     #[arg(long, value_name = "HEX", default_value_t = format!("0x{IDENT:04X}"))]
     ident: String,
+    /// Distance of the print marks that a reader at E1 sees, 200.0…2000.0 mm; 0 = no reader.
+    #[arg(long, value_name = "MM", default_value = "1200", value_parser = parse_mark_distance)]
+    marks_every: i32,
     /// Seed of the module's processing times.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -54,7 +59,7 @@ pub(crate) fn serve(args: &ServeArgs) -> Result<Infallible, String> {
             let port =
                 SerialLine::open(path, args.baud, SerialOptions::default()).map_err(|error| error.to_string())?;
             announce(&format!("answering at address {} on {}", args.address, path.display()))?;
-            answer(port, module)
+            answer(port, module, args.marks_every)
         }
         (None, Some(link)) => {
             let (mut port, far_end) = PseudoTerminal::open(args.baud).map_err(|error| error.to_string())?;
@@ -65,7 +70,7 @@ pub(crate) fn serve(args: &ServeArgs) -> Result<Infallible, String> {
                 link.display(),
                 far_end.display()
             ))?;
-            answer(port, module)
+            answer(port, module, args.marks_every)
         }
         (None, None) => Err("--port PATH or --pty LINK is needed to answer on".to_string()),
     }
@@ -83,8 +88,9 @@ fn announce(line: &str) -> Result<(), String> {
 ///
 /// When the process was held up, the drive makes up for at most [`MAX_LAG`]; beyond that its time stands still, as if
 /// the machine had been paused.
-fn answer(port: impl Port, mut module: Emf2133) -> Result<Infallible, String> {
+fn answer(port: impl Port, mut module: Emf2133, marks_every_e4: i32) -> Result<Infallible, String> {
     let mut drive = Drive::new(DriveConfig::default());
+    let mut reader = (marks_every_e4 != 0).then(|| MarkReader::new(marks_every_e4, drive.codes()));
     let mut driver = Driver::new(port);
     let mut next_ms = StdInstant::now();
     loop {
@@ -95,7 +101,10 @@ fn answer(port: impl Port, mut module: Emf2133) -> Result<Infallible, String> {
         while next_ms <= now {
             module.cycle_1ms(&mut drive);
             for _ in 0..TICKS_PER_MS {
-                drive.tick();
+                let shaft = drive.tick();
+                if let Some(reader) = &mut reader {
+                    reader.follow(&shaft, &mut drive);
+                }
             }
             while drive.poll_traverse_event().is_some() {}
             next_ms += MILLISECOND;
@@ -107,6 +116,15 @@ fn answer(port: impl Port, mut module: Emf2133) -> Result<Infallible, String> {
 
 const MILLISECOND: StdDuration = StdDuration::from_nanos(TICK_NS * TICKS_PER_MS);
 const MAX_LAG: StdDuration = StdDuration::from_millis(100);
+
+fn parse_mark_distance(text: &str) -> Result<i32, String> {
+    let mm: f64 = text.trim().parse().unwrap_or(f64::NAN);
+    if mm == 0.0 || (200.0..=2000.0).contains(&mm) {
+        Ok((mm * 10_000.0).round() as i32)
+    } else {
+        Err("allowed is 200.0…2000.0 mm, or 0 for no reader".to_string())
+    }
+}
 
 fn parse_ident(text: &str) -> Result<u16, String> {
     let digits = text.trim_start_matches("0x").trim_start_matches("0X");
