@@ -25,7 +25,7 @@ pub struct Reading {
 pub struct FeedProbe {
     start_mm: f64,
     target_mm: Option<f64>,
-    /// Film position at each millisecond since the program started.
+    /// Film position at the end of each millisecond since the program started: the first is that after 1 ms.
     film_by_ms: Vec<f64>,
     program_started: bool,
     set_point_ms: Option<usize>,
@@ -111,12 +111,12 @@ impl FeedProbe {
         }
     }
 
-    /// The first millisecond from which on the film never left ±0.01 mm around its target.
+    /// When the film was first seen within ±0.01 mm of its target never to leave it again.
     fn in_position_s(&self) -> Option<f64> {
         let target = self.target_mm?;
         let within = |mm: &f64| (mm - target).abs() <= TOLERANCE_MM;
         let settled = self.film_by_ms.iter().rev().take_while(|mm| within(mm)).count();
-        (settled > 0).then(|| (self.film_by_ms.len() - settled) as f64 / 1000.0)
+        (settled > 0).then(|| (self.film_by_ms.len() - settled + 1) as f64 / 1000.0)
     }
 
     /// Peak value of a three-phase current to the rms value of one phase: 1/√2.
@@ -148,12 +148,13 @@ mod tests {
         let mut probe = FeedProbe::default();
         probe.start(10.0, Some(100.0));
         probe.event(&TraverseEvent::ProgramStarted, 0.0);
+        // After 1, 2, … 6 ms.
         for film_mm in [10.0, 60.0, 110.0, 110.02, 110.005, 110.0] {
             probe.millisecond(film_mm);
         }
         assert_eq!(
             probe.report(1, FeedMode::Length, 110.0, 100.0, None).in_position_s,
-            Some(0.004)
+            Some(0.005)
         );
     }
 

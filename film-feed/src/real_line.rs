@@ -12,7 +12,7 @@ use dp_master::time::{Baud, Duration};
 use crate::block::{FilmFeedBlock, Inputs, Outputs};
 use crate::bus_config;
 use crate::operator::{FeedPlan, Operator, OperatorEvent};
-use crate::parameter_watch::ParameterWatch;
+use crate::parameter_watch::{self, ParameterWatch};
 use crate::plc::{DpPeriphery, IMAGE};
 use crate::report::{BusReport, ErrorKnown, FeedMode, FeedReport, RunReport};
 
@@ -122,7 +122,12 @@ pub fn run(line: &RealLine, plan: FeedPlan, mut feed_done: impl FnMut()) -> Resu
         };
         block.cycle(&mut inputs, &mut periphery);
         master.set_outputs(slave, &outputs).map_err(|error| error.to_string())?;
-        watch.observe(now_ns, &block, inputs.error_reset);
+        let periphery = if exchanging {
+            parameter_watch::Periphery::Present
+        } else {
+            parameter_watch::Periphery::Absent
+        };
+        watch.observe(now_ns, &block, inputs.error_reset, periphery);
     }
 
     let statistics = master.statistics();

@@ -17,7 +17,7 @@ use thiserror::Error;
 use crate::block::{FilmFeedBlock, Inputs, Outputs};
 use crate::bus_config;
 use crate::machine::{Film, FilmConfig, MarkConfig};
-use crate::parameter_watch::ParameterWatch;
+use crate::parameter_watch::{self, ParameterWatch};
 use crate::plc::{DpPeriphery, IMAGE};
 
 /// What the chain is made of.
@@ -206,8 +206,13 @@ impl Rig {
         };
         self.block.cycle(&mut self.inputs, &mut periphery);
         self.master.outputs_mut(self.slave).copy_from_slice(&self.outputs);
+        let periphery = if exchanging {
+            parameter_watch::Periphery::Present
+        } else {
+            parameter_watch::Periphery::Absent
+        };
         self.watch
-            .observe(self.now.as_nanos(), &self.block, self.inputs.error_reset);
+            .observe(self.now.as_nanos(), &self.block, self.inputs.error_reset, periphery);
         self.next_plc += self.plc_cycle;
     }
 
