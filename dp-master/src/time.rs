@@ -5,6 +5,7 @@
 
 use core::fmt;
 use core::ops::{Add, AddAssign, Sub};
+use core::str::FromStr;
 
 /// A moment, in nanoseconds since an epoch that the caller chooses ([`Instant::ZERO`] is fine).
 ///
@@ -294,6 +295,43 @@ impl fmt::Display for Baud {
     }
 }
 
+impl FromStr for Baud {
+    type Err = ParseBaudError;
+
+    /// Reads bits per second in decimal, such as `1500000`.
+    ///
+    /// # Errors
+    ///
+    /// [`ParseBaudError`] for everything but the ten rates.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        text.parse()
+            .ok()
+            .and_then(Self::from_bits_per_second)
+            .ok_or(ParseBaudError)
+    }
+}
+
+/// A text that is none of the ten baud rates in bits per second; the message lists them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ParseBaudError;
+
+impl fmt::Display for ParseBaudError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("allowed are the ten PROFIBUS rates ")?;
+        for (place, baud) in Baud::ALL.into_iter().enumerate() {
+            let separator = match place {
+                0 => "",
+                _ if place + 1 == Baud::ALL.len() => " and ",
+                _ => ", ",
+            };
+            write!(f, "{separator}{}", baud.bits_per_second())?;
+        }
+        f.write_str(" bit/s")
+    }
+}
+
+impl core::error::Error for ParseBaudError {}
+
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
 
 #[cfg(test)]
@@ -349,6 +387,26 @@ mod tests {
         }
         assert_eq!(Baud::from_bits_per_second(115_200), None);
         assert_eq!(Baud::from_bits_per_second(0), None);
+    }
+
+    #[test]
+    fn a_baud_rate_is_read_in_bits_per_second() {
+        for baud in Baud::ALL {
+            assert_eq!(baud.bits_per_second().to_string().parse(), Ok(baud));
+        }
+        // The rates of an ordinary serial port, kbit/s, a fraction, nothing.
+        for text in ["115200", "1500", "45.45", "-9600", "12000000000", "1.5M", ""] {
+            assert_eq!(text.parse::<Baud>(), Err(ParseBaudError), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_refusal_of_a_baud_rate_names_the_ten() {
+        assert_eq!(
+            ParseBaudError.to_string(),
+            "allowed are the ten PROFIBUS rates 9600, 19200, 45450, 93750, 187500, 500000, 1500000, 3000000, 6000000 and \
+             12000000 bit/s"
+        );
     }
 
     #[test]

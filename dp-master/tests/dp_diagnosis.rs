@@ -41,8 +41,8 @@ fn a_trip_is_announced_read_once_and_the_exchange_goes_on() {
     let log = &line.tap.log[heard..];
     // Data_Exchange replies: one with FC 0A, all others 08.
     let count = |start: &str| log.iter().filter(|line| line.starts_with(start)).count();
-    assert_eq!(count("A2 02 03 0A"), 1);
-    assert_eq!(count("A2 02 03 08"), 3);
+    assert_eq!(count("68 0B 0B 68 02 03 0A"), 1);
+    assert_eq!(count("68 0B 0B 68 02 03 08"), 3);
     assert_eq!(count("68 05 05 68 83 82"), 1);
     line.assert_no_violations();
 }

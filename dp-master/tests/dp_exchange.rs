@@ -268,8 +268,8 @@ fn eight_slaves_are_served_in_the_order_of_adding() {
     more(&mut line, 1);
     let order: Vec<_> = line.tap.log[heard..]
         .iter()
-        .filter(|telegram| telegram.starts_with("A2") && telegram[6..8] == *"02")
-        .map(|telegram| u8::from_str_radix(&telegram[3..5], 16).unwrap())
+        .filter(|telegram| telegram.starts_with("68 0B 0B 68") && telegram[15..17] == *"02")
+        .map(|telegram| u8::from_str_radix(&telegram[12..14], 16).unwrap())
         .collect();
     assert_eq!(order[order.len() - 8..], [11, 12, 13, 14, 15, 16, 17, 10]);
     line.assert_no_violations();

@@ -213,8 +213,8 @@ fn inputs_set_before_the_configuration_are_in_the_first_reply() {
     bench.set_prm(2, 0x80, Fcb::First);
     bench.ask(2, Some(sap::CHK_CFG), Fcb::Low, &[0xF3]);
     let reply = bench.ask(2, None, Fcb::High, &[0; 8]);
-    // SD3 DA SA FC, then eight octets
-    assert_eq!(reply[4..12], [3; 8]);
+    // SD2 LE LEr SD2 DA SA FC, then eight octets
+    assert_eq!(reply[7..15], [3; 8]);
 }
 
 #[test]
@@ -273,7 +273,7 @@ fn a_foreign_token_silences_the_master_until_the_line_is_quiet() {
         line.tap
             .log
             .last()
-            .is_some_and(|last| last.starts_with("A2 02 03") && last.len() == 41)
+            .is_some_and(|last| last.starts_with("68 0B 0B 68 02 03") && last.len() == 50)
     });
     // Later than a character, before Tid1 (37 tBIT) has passed.
     let mut begin = line.now + Duration::from_micros(10);

@@ -34,7 +34,7 @@ fn data_exchanges(line: &Line, from: usize) -> Vec<&str> {
     line.tap.log[from..]
         .iter()
         .map(String::as_str)
-        .filter(|telegram| telegram.starts_with("A2 03 02"))
+        .filter(|telegram| telegram.starts_with("68 0B 0B 68 03 02"))
         .collect()
 }
 
@@ -54,7 +54,7 @@ fn a_lost_request_is_repeated_with_the_same_frame_count_bit() {
     // The tap did not hear the lost one. Five exchanges went before: 7D 5D 7D 5D 7D; now 5D, then 7D.
     let fcs: Vec<_> = data_exchanges(&line, heard)
         .iter()
-        .map(|telegram| &telegram[9..11])
+        .map(|telegram| &telegram[18..20])
         .collect();
     assert_eq!(fcs, ["5D", "7D"]);
     line.assert_no_violations();
@@ -90,18 +90,18 @@ fn a_repetition_follows_the_slot_time() {
     let sent: Vec<_> = line.tap.log[heard..]
         .iter()
         .zip(times)
-        .filter(|(telegram, _)| telegram.starts_with("A2 03 02"))
+        .filter(|(telegram, _)| telegram.starts_with("68 0B 0B 68 03 02"))
         .map(|(_, at)| *at)
         .collect();
-    // Fourteen characters and Tsl = 300 tBIT: 454 tBIT = 302.667 µs at 1.5 Mbit/s.
+    // Seventeen characters and Tsl = 300 tBIT: 487 tBIT = 324.667 µs at 1.5 Mbit/s.
     let gap = (sent[1] - sent[0]).as_nanos();
-    assert!((302_660..302_680).contains(&gap), "{gap} ns");
+    assert!((324_660..324_680).contains(&gap), "{gap} ns");
 }
 
 #[test]
 fn every_spoiled_character_of_a_reply_costs_one_repetition_and_nothing_else() {
     for baud in [Baud::B9600, Baud::B1500000, Baud::B12000000] {
-        for character in 0..14 {
+        for character in 0..17 {
             for error in [LineError::Parity, LineError::Framing] {
                 let mut line = exchanging(baud);
                 let next = line.bus.bursts();
@@ -123,7 +123,7 @@ fn every_spoiled_character_of_a_reply_costs_one_repetition_and_nothing_else() {
 #[test]
 fn every_spoiled_character_of_a_request_costs_one_repetition_and_nothing_else() {
     for baud in [Baud::B9600, Baud::B1500000, Baud::B12000000] {
-        for character in 0..14 {
+        for character in 0..17 {
             let mut line = exchanging(baud);
             let next = line.bus.bursts();
             line.bus.script(Script::Spoil {
@@ -143,7 +143,7 @@ fn every_spoiled_character_of_a_request_costs_one_repetition_and_nothing_else() 
 #[test]
 fn two_flipped_bits_that_pass_the_parity_are_caught_by_the_telegram() {
     // Each character of the reply in turn, data bits 1 and 3.
-    for character in 0..14 {
+    for character in 0..17 {
         let mut line = exchanging(Baud::B1500000);
         line.slaves[0].set_inputs(&[9; 8]);
         line.run_until(|line| line.master.exchanges(line.indices[0]) == 8);

@@ -8,18 +8,19 @@ mod common;
 
 use common::{Line, MASTER, SLAVE, slave_identity};
 use dp_master::dp::{LeaveReason, MasterEvent, Mode, SlaveConfig, SlaveEvent, SlavePhase, SlaveState, Watchdog};
-use dp_master::time::{Baud, Duration};
+use dp_master::time::{Baud, BitTimes, Duration};
 
 /// Set_Prm for address 3, ident 0x00DA, watchdog 50 ms; then one exchange of eight octets each way.
 ///
 /// Checked by hand against IEC 61158-4-3 and IEC 61158-6-3: SD2 LE LEr SD2, addresses with bit 7 for the access points,
 /// FC 6D first contact, then 5D and 7D in turn, DSAP, SSAP 62 = 3E; FCS is the sum from DA to the last data octet.
-/// Six octets of diagnosis and two access points are eight, and so are the outputs: SD3, `A2`.
+/// Six octets of diagnosis and two access points are eight, and so are the outputs: LE = 3 + 8 = 0B. SD3 would be three octets
+/// shorter, but DP devices send SD2.
 const START_UP: &str = "\
 DC 02 02
 DC 02 02
 68 05 05 68 83 82 6D 3C 3E EC 16
-A2 82 83 08 3E 3C 02 05 00 FF 00 DA 67 16
+68 0B 0B 68 82 83 08 3E 3C 02 05 00 FF 00 DA 67 16
 DC 02 02
 68 0C 0C 68 83 82 5D 3D 3E 88 01 05 0B 00 DA 00 50 16
 E5
@@ -28,14 +29,14 @@ DC 02 02
 E5
 DC 02 02
 68 05 05 68 83 82 5D 3C 3E DC 16
-A2 82 83 08 3E 3C 00 0C 00 02 00 DA 6F 16
+68 0B 0B 68 82 83 08 3E 3C 00 0C 00 02 00 DA 6F 16
 68 07 07 68 FF 82 46 3A 3E 00 00 3F 16
 DC 02 02
-A2 03 02 7D 11 22 33 44 55 66 77 88 E6 16
-A2 02 03 08 A1 A2 A3 A4 A5 A6 A7 A8 31 16
+68 0B 0B 68 03 02 7D 11 22 33 44 55 66 77 88 E6 16
+68 0B 0B 68 02 03 08 A1 A2 A3 A4 A5 A6 A7 A8 31 16
 DC 02 02
-A2 03 02 5D 11 22 33 44 55 66 77 88 C6 16
-A2 02 03 08 A1 A2 A3 A4 A5 A6 A7 A8 31 16
+68 0B 0B 68 03 02 5D 11 22 33 44 55 66 77 88 C6 16
+68 0B 0B 68 02 03 08 A1 A2 A3 A4 A5 A6 A7 A8 31 16
 ";
 
 fn one_block() -> SlaveConfig {
@@ -180,7 +181,7 @@ fn a_stop_and_start_within_one_exchange_takes_no_answer_for_another() {
     line.master_events();
     line.run_until(|line| {
         let last = line.tap.log.last();
-        last.is_some_and(|last| last.starts_with("A2 03 02") && last.len() == 41)
+        last.is_some_and(|last| last.starts_with("68 0B 0B 68 03 02") && last.len() == 50)
     });
     line.master.set_mode(Mode::Stop);
     line.master.set_mode(Mode::Operate);
@@ -194,5 +195,51 @@ fn a_stop_and_start_within_one_exchange_takes_no_answer_for_another() {
         ),
         "{events:?}"
     );
+    line.assert_no_violations();
+}
+
+#[test]
+fn a_slave_understands_outputs_that_come_as_sd3_and_answers_with_sd2() {
+    let mut line = Line::new(Baud::B1500000, &[one_block()]);
+    let slave = line.add_slave(slave_identity(Baud::B1500000));
+    line.master.set_mode(Mode::Operate);
+    let index = line.indices[0];
+    line.run_until(|line| line.master.exchanges(index) == 3);
+    line.slaves[slave].set_inputs(&[0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8]);
+    // The same master with another interface: its fourth exchange, the frame count bit goes on to 5D.
+    let other = line.bus.attach();
+    line.bus.disconnect(line.master_port);
+    line.run_for(Duration::from_millis(1));
+    let sd3 = [
+        0xA2, 0x03, 0x02, 0x5D, 0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88, 0xC6, 0x16,
+    ];
+    line.bus.transmit(line.now, other, &sd3);
+    line.run_for(Duration::from_millis(1));
+    assert_eq!(
+        line.slaves[slave].outputs(),
+        [0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88]
+    );
+    assert_eq!(
+        line.tap.log.last().unwrap(),
+        "68 0B 0B 68 02 03 08 A1 A2 A3 A4 A5 A6 A7 A8 31 16"
+    );
+}
+
+#[test]
+fn a_master_understands_a_diagnosis_that_comes_as_sd3() {
+    let mut line = Line::new(Baud::B1500000, &[one_block()]);
+    let slave = line.bus.attach();
+    line.master.set_mode(Mode::Operate);
+    let heard = |line: &Line, telegram: &str| line.tap.log.last().is_some_and(|last| last == telegram);
+    line.run_until(|line| heard(line, "68 05 05 68 83 82 6D 3C 3E EC 16"));
+    let sd3 = [
+        0xA2, 0x82, 0x83, 0x08, 0x3E, 0x3C, 0x02, 0x05, 0x00, 0xFF, 0x00, 0xDA, 0x67, 0x16,
+    ];
+    // 20 tBIT after the request: min Tsdr is 11.
+    line.bus
+        .transmit(line.now + Baud::B1500000.duration(BitTimes(20)), slave, &sd3);
+    // The next request is Set_Prm: the diagnosis was read.
+    line.run_until(|line| heard(line, "68 0C 0C 68 83 82 5D 3D 3E 88 01 05 0B 00 DA 00 50 16"));
+    assert_eq!(line.master.statistics().retries, 0);
     line.assert_no_violations();
 }

@@ -38,7 +38,7 @@ fn when_the_master_dies_the_slave_leaves_after_exactly_the_watchdog_time() {
         line.tap
             .log
             .last()
-            .is_some_and(|last| last.starts_with("A2 03 02") && last.len() == 41)
+            .is_some_and(|last| last.starts_with("68 0B 0B 68 03 02") && last.len() == 50)
     });
     let heard = line.now;
     line.bus.disconnect(port);

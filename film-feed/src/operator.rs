@@ -251,3 +251,124 @@ fn not_ready(outputs: &Outputs, rounds: u64) -> String {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    fn plan(series: &[(FeedMode, usize)]) -> FeedPlan {
+        FeedPlan {
+            series: series.to_vec(),
+            pause_ns: 10 * MS,
+            start_up_limit_ns: 100 * MS,
+            feed_limit_ns: 50 * MS,
+            ..FeedPlan::default()
+        }
+    }
+
+    fn ready() -> Outputs {
+        Outputs {
+            switched_on: true,
+            drive_ready: true,
+            ..Outputs::default()
+        }
+    }
+
+    /// Scans once a millisecond from `from_ms` on until something is told.
+    fn until_told(
+        operator: &mut Operator,
+        from_ms: u64,
+        outputs: &Outputs,
+        inputs: &mut Inputs,
+    ) -> (u64, OperatorEvent) {
+        (from_ms..from_ms + 1000)
+            .find_map(|ms| Some((ms, operator.scan(ms * MS, outputs, ms, inputs)?)))
+            .expect("the operator never says anything")
+    }
+
+    #[test]
+    fn nothing_starts_before_the_parameters_went_round_twice_and_the_pause_is_over() {
+        let (mut operator, mut inputs) = (Operator::new(plan(&[(FeedMode::Length, 1)]), 0), Inputs::default());
+        let (at, told) = until_told(&mut operator, 0, &ready(), &mut inputs);
+        // One round a millisecond here: written at 0, delivered at 2.
+        assert_eq!((at, told), (2, OperatorEvent::SeriesReady(FeedMode::Length)));
+        assert!(inputs.enable && !inputs.pos_start && inputs.distance == 12_000);
+        let (at, told) = until_told(&mut operator, 3, &ready(), &mut inputs);
+        assert_eq!((at, told), (12, OperatorEvent::FeedStarted(FeedMode::Length)));
+        assert!(inputs.pos_start);
+    }
+
+    #[test]
+    fn start_is_taken_back_when_running_is_seen_and_the_job_ends_with_job_finished() {
+        let (mut operator, mut inputs) = (Operator::new(plan(&[(FeedMode::Mark, 1)]), 0), Inputs::default());
+        until_told(&mut operator, 0, &ready(), &mut inputs);
+        let (start, _) = until_told(&mut operator, 3, &ready(), &mut inputs);
+        assert!(inputs.read_mark);
+        // JOB_FIN of the feed before does not end this one.
+        let before = Outputs {
+            job_finished: true,
+            ..ready()
+        };
+        assert_eq!(operator.scan((start + 1) * MS, &before, 99, &mut inputs), None);
+        assert!(inputs.pos_start);
+        let running = Outputs {
+            running: true,
+            ..ready()
+        };
+        assert_eq!(operator.scan((start + 2) * MS, &running, 99, &mut inputs), None);
+        assert!(!inputs.pos_start);
+        let (at, told) = until_told(&mut operator, start + 20, &before, &mut inputs);
+        assert_eq!(
+            told,
+            OperatorEvent::FeedOver {
+                mode: FeedMode::Mark,
+                job_ns: Some(20 * MS)
+            }
+        );
+        assert_eq!(at, start + 30, "the pause comes first");
+        assert_eq!(
+            until_told(&mut operator, at, &before, &mut inputs).1,
+            OperatorEvent::Finished
+        );
+    }
+
+    #[test]
+    fn a_feed_that_never_ends_is_given_up_and_no_other_is_started() {
+        let (mut operator, mut inputs) = (Operator::new(plan(&[(FeedMode::Length, 5)]), 0), Inputs::default());
+        until_told(&mut operator, 0, &ready(), &mut inputs);
+        let (start, _) = until_told(&mut operator, 3, &ready(), &mut inputs);
+        let (at, told) = until_told(&mut operator, start + 1, &ready(), &mut inputs);
+        assert_eq!(
+            told,
+            OperatorEvent::FeedOver {
+                mode: FeedMode::Length,
+                job_ns: None
+            }
+        );
+        assert!(!inputs.pos_start);
+        assert_eq!(
+            until_told(&mut operator, at, &ready(), &mut inputs).1,
+            OperatorEvent::Finished
+        );
+    }
+
+    #[test]
+    fn a_drive_that_stays_away_or_reports_an_error_ends_the_run_with_a_reason() {
+        let error = Outputs { error: true, ..ready() };
+        for (outputs, reason) in [
+            (Outputs::default(), "did not become ready"),
+            (error, "reports an error"),
+        ] {
+            let (mut operator, mut inputs) = (Operator::new(plan(&[(FeedMode::Length, 1)]), 0), Inputs::default());
+            let (at, told) = until_told(&mut operator, 0, &outputs, &mut inputs);
+            assert!(
+                matches!(&told, OperatorEvent::Aborted(why) if why.contains(reason)),
+                "{told:?}"
+            );
+            assert_eq!(at, 101);
+            assert!(!inputs.pos_start);
+        }
+    }
+}

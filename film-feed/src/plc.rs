@@ -52,3 +52,44 @@ impl Periphery for DpPeriphery<'_> {
         true
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PZD: u16 = 0x0118;
+
+    #[test]
+    fn process_data_stand_behind_the_parameter_channel_in_the_image_and_above_it_in_the_address_space() {
+        let inputs: [u8; IMAGE] = std::array::from_fn(|octet| octet as u8);
+        let mut outputs = [0; IMAGE];
+        let mut periphery = DpPeriphery {
+            module_address: PZD,
+            inputs: Some(&inputs),
+            outputs: &mut outputs,
+        };
+        let mut record = [0; 8];
+        assert!(periphery.dprd_dat(PZD, &mut record));
+        assert_eq!(record, [8, 9, 10, 11, 12, 13, 14, 15]);
+        assert!(periphery.dprd_dat(PZD - 8, &mut record));
+        assert_eq!(record, [0, 1, 2, 3, 4, 5, 6, 7]);
+        assert!(periphery.dpwr_dat(PZD, &[7; 8]) && periphery.dpwr_dat(PZD - 8, &[5; 8]));
+        assert_eq!(outputs, [5, 5, 5, 5, 5, 5, 5, 5, 7, 7, 7, 7, 7, 7, 7, 7]);
+    }
+
+    #[test]
+    fn a_slave_out_of_data_exchange_or_a_wrong_address_leaves_everything_as_it_was() {
+        let inputs = [9; IMAGE];
+        for (given, address) in [(None, PZD), (Some(&inputs), PZD + 8), (Some(&inputs), PZD - 1)] {
+            let mut outputs = [1; IMAGE];
+            let mut periphery = DpPeriphery {
+                module_address: PZD,
+                inputs: given,
+                outputs: &mut outputs,
+            };
+            let mut record = [3; 8];
+            assert!(!periphery.dprd_dat(address, &mut record) && !periphery.dpwr_dat(address, &[4; 8]));
+            assert_eq!((record, outputs), ([3; 8], [1; IMAGE]));
+        }
+    }
+}

@@ -60,10 +60,16 @@ pub fn simulated(
                 let n = feeds.len() + 1;
                 let pos_act_mm = f64::from(rig.outputs().position_mm);
                 let probe = recorder.end_feed();
-                feeds.push(probe.report(n, mode, rig.film().position_mm(), pos_act_mm, job_ns));
+                let feed = probe.report(n, mode, rig.film().position_mm(), pos_act_mm, job_ns);
                 if probe.no_mark_found() {
                     warnings.push(format!("feed {n}: no mark was found up to the end of the search"));
                 }
+                if feed.reversed {
+                    warnings.push(format!(
+                        "feed {n}: the film ran backwards and went slack; lower the mark-reading velocity or raise the acceleration"
+                    ));
+                }
+                feeds.push(feed);
                 feed_done();
             }
             Some(OperatorEvent::Finished) => break,

@@ -247,8 +247,9 @@ impl Core {
     }
 
     fn store(&mut self, telegram: Telegram<'_>) {
+        // Eight octets go out as SD2, as real slaves send them: not every receiver knows SD3.
         // A reply that does not fit into a telegram is none: the master sees a silent slave.
-        self.reply_len = telegram.encode(&mut self.reply).unwrap_or(0);
+        self.reply_len = telegram.encode_without_sd3(&mut self.reply).unwrap_or(0);
     }
 
     fn schedule(&mut self, now: Instant, t_sdr: BitTimes) {

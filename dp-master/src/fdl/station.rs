@@ -566,7 +566,9 @@ impl Core {
     fn use_token<U: TokenUser>(&mut self, now: Instant, buf: &mut [u8; MAX_TELEGRAM], user: &mut U) -> Option<usize> {
         match user.next_action(now) {
             Action::Send { header, data, repeat } => {
-                let Ok(len) = (Telegram::Data { header, data }).encode(&mut self.request.octets) else {
+                // Eight octets go out as SD2, as real masters send them: not every slave knows SD3.
+                let telegram = Telegram::Data { header, data };
+                let Ok(len) = telegram.encode_without_sd3(&mut self.request.octets) else {
                     // Only a user that exceeds a telegram gets here; asking it again at once would never end.
                     self.timers.start(Timer::Pause, now + self.times.slot);
                     let outcome = Outcome::NoAnswer;

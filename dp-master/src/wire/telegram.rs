@@ -153,7 +153,8 @@ impl<'a> Telegram<'a> {
         self.write(buf, Sd3::WhenItFits)
     }
 
-    /// Like [`encode`](Self::encode), but eight data octets become SD2, for a partner that does not know SD3.
+    /// Like [`encode`](Self::encode), but eight data octets become SD2. DP stations send them so, and the stations of
+    /// [`fdl`](crate::fdl) with them; SD3 is only received.
     ///
     /// # Errors
     ///

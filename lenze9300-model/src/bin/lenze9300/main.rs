@@ -10,7 +10,7 @@ use clap::{Parser, Subcommand};
 
 /// A modelled Lenze 9300 servo position controller with its PROFIBUS module.
 #[derive(Debug, Parser)]
-#[command(name = "lenze9300", version, subcommand_required = true)]
+#[command(name = "lenze9300", version)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -31,6 +31,9 @@ fn main() -> ExitCode {
         Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
             print!("{error}");
             return ExitCode::SUCCESS;
+        }
+        Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            return fail("a subcommand is needed, such as `lenze9300 serve --pty /tmp/drive`");
         }
         Err(error) => {
             let text = error.to_string();

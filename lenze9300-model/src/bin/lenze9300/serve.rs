@@ -25,7 +25,7 @@ pub(crate) struct ServeArgs {
     #[arg(long, value_name = "LINK")]
     pty: Option<PathBuf>,
     /// Baud rate in bit/s, one of the ten of PROFIBUS.
-    #[arg(long, value_name = "RATE", default_value = "1500000", value_parser = parse_baud)]
+    #[arg(long, value_name = "RATE", default_value = "1500000")]
     baud: Baud,
     /// Station address, 0…125.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(0..=125))]
@@ -116,16 +116,6 @@ fn answer(port: impl Port, mut module: Emf2133, marks_every_e4: i32) -> Result<I
 
 const MILLISECOND: StdDuration = StdDuration::from_nanos(TICK_NS * TICKS_PER_MS);
 const MAX_LAG: StdDuration = StdDuration::from_millis(100);
-
-fn parse_baud(text: &str) -> Result<Baud, String> {
-    text.parse().ok().and_then(Baud::from_bits_per_second).ok_or_else(|| {
-        let rates: Vec<String> = Baud::ALL
-            .iter()
-            .map(|baud| baud.bits_per_second().to_string())
-            .collect();
-        format!("allowed are the ten PROFIBUS rates {} bit/s", rates.join(", "))
-    })
-}
 
 fn parse_mark_distance(text: &str) -> Result<i32, String> {
     let mm: f64 = text.trim().parse().unwrap_or(f64::NAN);
