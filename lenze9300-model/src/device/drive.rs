@@ -142,6 +142,7 @@ pub struct Drive {
 struct Edges {
     trip_reset: bool,
     released: bool,
+    inhibited: bool,
 }
 
 /// Figures derived from codes, refreshed when one of them changes.
@@ -172,6 +173,7 @@ impl Drive {
             before: Edges {
                 trip_reset: false,
                 released: true,
+                inhibited: true,
             },
             self_test_ms: config.self_test_ms,
             ms: 0,
@@ -305,13 +307,16 @@ impl Drive {
         let now = Edges {
             trip_reset: self.aif.trip_reset(),
             released: self.terminals.x5_28,
+            inhibited: self.externally_inhibited(),
         };
         let before = std::mem::replace(&mut self.before, now);
         // The falling edge at terminal 28 resets a TRIP too (fact sheet, section 2.5).
         if (now.trip_reset && !before.trip_reset) || (!now.released && before.released) {
             self.monitor.reset_trip();
         }
-        if self.externally_inhibited() {
+        // Taking the enable away counts, not that it is away: under LU the bus module inhibits by itself, and its inhibit
+        // still stands when the message ends.
+        if now.inhibited && !before.inhibited {
             self.monitor.release_restart_lock();
         }
     }
