@@ -8,7 +8,7 @@ use dp_master::dp::{AddSlaveError, CfgError, DpMaster, MasterError, SlaveIndex, 
 use dp_master::phy::{Disturbance, DisturbanceError, PortId, VirtualBus, pump};
 use dp_master::station::Station;
 use dp_master::time::{Baud, Duration, Instant};
-use lenze9300_model::bus::dp::{Emf2133, Emf2133Config, ModuleError};
+use lenze9300_model::bus::dp::{Emf2133, Emf2133Config, ModuleError, PAR_AND_FOUR_WORDS};
 use lenze9300_model::device::{Drive, DriveConfig};
 use lenze9300_model::plant::ShaftAngle;
 use lenze9300_model::{TICK_NS, TICKS_PER_MS};
@@ -38,6 +38,9 @@ pub struct RigConfig {
     pub seed: u64,
     /// DP address of the drive.
     pub slave_address: u8,
+    /// Configuration the master asks the module for: PAR(Cons.) + PZD(4W Cons.) in the thesis. With another of other
+    /// lengths the block finds no periphery.
+    pub identifiers: &'static [u8],
     /// Peripheral address of the process data in the PLC (thesis ch. 9: 0x0118).
     pub pzd_address: u16,
     /// The drive.
@@ -57,6 +60,7 @@ impl Default for RigConfig {
             bit_error_rate: 0.0,
             seed: 1,
             slave_address: 3,
+            identifiers: PAR_AND_FOUR_WORDS,
             pzd_address: 0x0118,
             drive: DriveConfig::default(),
             module: Emf2133Config::default(),
@@ -136,6 +140,7 @@ impl Rig {
         let (master, slave) = bus_config::master(
             config.baud,
             slave_address,
+            config.identifiers,
             Duration::from_nanos(config.dp_cycle_ns),
             Duration::ZERO,
         )?;
@@ -195,24 +200,22 @@ impl Rig {
     /// Works the PLC cycle that is due: periphery in, block, periphery out.
     pub fn plc_cycle(&mut self) {
         let exchanging = self.slave_state() == SlaveState::DataExchange;
+        // SFC 14 refuses an area of another length than configured.
+        let inputs = self.master.inputs(self.slave).try_into().ok().filter(|_| exchanging);
+        let presence = match inputs {
+            Some(_) => parameter_watch::Periphery::Present,
+            None => parameter_watch::Periphery::Absent,
+        };
         let mut periphery = DpPeriphery {
             module_address: self.pzd_address,
-            inputs: if exchanging {
-                self.master.inputs(self.slave).try_into().ok()
-            } else {
-                None
-            },
+            inputs,
             outputs: &mut self.outputs,
         };
         self.block.cycle(&mut self.inputs, &mut periphery);
-        self.master.outputs_mut(self.slave).copy_from_slice(&self.outputs);
-        let periphery = if exchanging {
-            parameter_watch::Periphery::Present
-        } else {
-            parameter_watch::Periphery::Absent
-        };
+        // Nor does SFC 15 write one.
+        let _ = self.master.set_outputs(self.slave, &self.outputs);
         self.watch
-            .observe(self.now.as_nanos(), &self.block, self.inputs.error_reset, periphery);
+            .observe(self.now.as_nanos(), &self.block, self.inputs.error_reset, presence);
         self.next_plc += self.plc_cycle;
     }
 

@@ -121,6 +121,8 @@ pub struct Drive {
     aif: AifControl,
     /// Causes that tests and operators set from outside.
     injected: FaultSet,
+    /// A parameter set is being loaded or saved.
+    transferring: bool,
     /// The commands of the last millisecond, whose edges count.
     before: Edges,
     self_test_ms: u32,
@@ -166,6 +168,7 @@ impl Drive {
             terminals: Terminals::default(),
             aif: BEFORE_FIRST_COMMAND,
             injected: FaultSet::default(),
+            transferring: false,
             before: Edges {
                 trip_reset: false,
                 released: true,
@@ -384,11 +387,21 @@ impl Drive {
         };
     }
 
+    /// Begins or ends the transfer of a parameter set, as C0002 and C0003 do it, or the keypad: meanwhile every job is
+    /// refused (fact sheet, section 3.3).
+    #[doc(alias = "Parametersatz-Transfer")]
+    pub fn set_parameter_transfer(&mut self, running: bool) {
+        self.transferring = running;
+    }
+
     /// Reads a code, raw as the bus carries it.
     ///
     /// # Errors
-    /// See [`CodeStore::read`].
+    /// [`CodeError::TransferRunning`], or see [`CodeStore::read`].
     pub fn read_code(&mut self, code: u16, subcode: u8) -> Result<i32, CodeError> {
+        if self.transferring {
+            return Err(CodeError::TransferRunning);
+        }
         self.publish_displays();
         self.codes.read(code, subcode)
     }
@@ -396,8 +409,11 @@ impl Drive {
     /// Writes a code, raw as the bus carries it.
     ///
     /// # Errors
-    /// See [`CodeStore::write`].
+    /// [`CodeError::TransferRunning`], or see [`CodeStore::write`].
     pub fn write_code(&mut self, code: u16, subcode: u8, value: i32) -> Result<(), CodeError> {
+        if self.transferring {
+            return Err(CodeError::TransferRunning);
+        }
         let inhibit = if self.inhibited() {
             Inhibit::Active
         } else {
