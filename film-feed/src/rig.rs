@@ -29,8 +29,8 @@ pub struct RigConfig {
     pub plc_cycle_ns: u64,
     /// Shortest DP cycle, ns; 0 polls as fast as the bus parameters and the slave's minimum interval allow.
     ///
-    /// 0.5 ms by default: the drive takes process data over once a millisecond, and at 12 Mbit/s a longer silence
-    /// would look like a lost token to another master (Tto = 0.83 ms for address 2).
+    /// 1 ms by default: the drive takes process data over once a millisecond. In the pause the master passes the token
+    /// to itself often enough that no other would take it for lost.
     pub dp_cycle_ns: u64,
     /// Probability that a bit on the line is wrong.
     pub bit_error_rate: f64,
@@ -56,7 +56,7 @@ impl Default for RigConfig {
         RigConfig {
             baud: Baud::B12000000,
             plc_cycle_ns: 5_000_000,
-            dp_cycle_ns: 500_000,
+            dp_cycle_ns: 1_000_000,
             bit_error_rate: 0.0,
             seed: 1,
             slave_address: 3,

@@ -148,7 +148,8 @@ impl TickObserver for Recorder {
                 film_mm: view.film.position_mm(),
                 rpm: Rpm::from_rad_s(axis.omega_true).0,
                 torque_nm: axis.torque,
-                current_a_peak: axis.i_d.hypot(axis.i_q),
+                // Not hypot: that is the platform's mathematics, a root is exact everywhere.
+                current_a_peak: (axis.i_d * axis.i_d + axis.i_q * axis.i_q).sqrt(),
                 following_error_mm: view.drive.following_error() as f64 * view.film.mm_per_increment(),
             });
         }

@@ -59,7 +59,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "MS", default_value = "5.0", value_parser = PLC_CYCLE.parser())]
     plc_cycle: i16,
     /// Shortest DP cycle, 0.00…100.00 ms in steps of 0.01; 0 polls as fast as the bus parameters allow.
-    #[arg(long, value_name = "MS", default_value = "0.50", value_parser = DP_CYCLE.parser())]
+    #[arg(long, value_name = "MS", default_value = "1.00", value_parser = DP_CYCLE.parser())]
     dp_cycle: i16,
     /// Probability that a bit on the line is wrong, 0…0.001.
     #[arg(long, value_name = "P", default_value = "0", value_parser = parse_bit_error_rate)]
