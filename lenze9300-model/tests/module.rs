@@ -61,7 +61,7 @@ fn the_position_goes_out_low_word_first_and_each_word_high_octet_first() {
         (1202, 0, 1_0000),
         (1203, 0, 1_0000),
         (1204, 0, 32_7680),
-        (1301, 1, 152_709_9480),
+        (1301, 1, 1_527_099_480),
     ] {
         codes.write(code, subcode, value, Inhibit::Active).unwrap();
     }
