@@ -247,7 +247,7 @@ impl Rig {
     }
 
     fn drive_tick(&mut self, observer: &mut impl TickObserver) {
-        if self.ticks % TICKS_PER_MS == 0 {
+        if self.ticks.is_multiple_of(TICKS_PER_MS) {
             self.module.cycle_1ms(&mut self.drive);
         }
         self.ticks += 1;
@@ -257,7 +257,7 @@ impl Rig {
         }
         observer.tick(&mut TickView {
             now_ns: self.now.as_nanos(),
-            ends_millisecond: self.ticks % TICKS_PER_MS == 0,
+            ends_millisecond: self.ticks.is_multiple_of(TICKS_PER_MS),
             drive: &mut self.drive,
             film: &mut self.film,
             module: &self.module,

@@ -132,7 +132,7 @@ fn a_drive_that_refuses_is_told_for_every_parameter_with_the_reason() {
     );
 
     // Fact sheet, section 9.1: the block takes the error for the constant: 0x08000000 / 10000 = 13 421.7728.
-    assert_eq!(rig.block().constants().feed_constant, 13_421.772_8);
+    assert_eq!(rig.block().constants().feed_constant, 134_217_728_f32 / 10_000.0);
     // Rejected writes go unnoticed by the block: the drive still has the old length.
     assert_eq!(rig.drive().codes().read(1301, 1), Ok(1200_0000));
     assert!(!rig.outputs().error);
