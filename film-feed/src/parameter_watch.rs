@@ -199,10 +199,10 @@ mod tests {
 
         /// Between two PLC cycles.
         fn work(&mut self) {
-            if self.server.running().is_none() {
-                if let ServerAction::Start(_) = self.server.poll(&self.request) {
-                    self.waited = 0;
-                }
+            if self.server.running().is_none()
+                && let ServerAction::Start(_) = self.server.poll(&self.request)
+            {
+                self.waited = 0;
             }
             let Some(job) = self.server.running().filter(|_| !self.mute) else {
                 return;
@@ -351,7 +351,7 @@ mod tests {
         assert!(told[0].1.starts_with("the drive refused it: "), "{told:?}");
         assert!(told[0].1.contains("does not exist"), "{told:?}");
         // The block itself stores the error as the constant (section 9.1): 0x06070000 / 10000 = 10 112.2048.
-        assert_eq!(bench.block.constants().feed_constant, 10_112.204_8);
+        assert_eq!(bench.block.constants().feed_constant, 10_112.205);
     }
 
     #[test]

@@ -26,9 +26,9 @@ fn ten_of_ten_feeds_land_and_the_set_point_takes_one_and_a_half_seconds() {
 /// target window (0.009 mm), which the film must not leave again.
 fn assert_in_position_time(feed: &FeedReport, a_mm_s2: f64) {
     let in_position_s = feed.in_position_s.expect("the feed settled");
-    let way_mm = TOLERANCE_MM + feed.max_following_error_mm.unwrap();
-    let earliest_s = feed.set_point_s.unwrap() - (2.0 * way_mm / a_mm_s2).sqrt();
-    let latest_s = feed.job_s.unwrap();
+    let way_mm = TOLERANCE_MM + feed.max_following_error_mm.expect("the probe measures it");
+    let earliest_s = feed.set_point_s.expect("the program ended") - (2.0 * way_mm / a_mm_s2).sqrt();
+    let latest_s = feed.job_s.expect("JOB_FIN came");
     assert!(
         (earliest_s..=latest_s).contains(&in_position_s),
         "{in_position_s} s is not within {earliest_s}…{latest_s} s: {feed:?}"
