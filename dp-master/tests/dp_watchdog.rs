@@ -67,6 +67,21 @@ fn a_slave_told_to_hold_keeps_its_last_outputs() {
 }
 
 #[test]
+fn held_outputs_stay_until_the_returning_master_sends_its_own() {
+    let mut line = exchanging(OutputsOnLeave::Hold);
+    let port = line.master_port;
+    line.bus.disconnect(port);
+    line.run_for(Duration::from_millis(50));
+    assert_eq!(line.slaves[0].phase(), SlavePhase::WaitPrm);
+    line.bus.reconnect(port);
+    // From the accepted Chk_Cfg to the first Data_Exchange the slave has its configuration and no outputs of the master.
+    line.run_until(|line| line.slaves[0].phase() == SlavePhase::DataExchange);
+    assert_eq!(line.slaves[0].outputs(), [7; 8]);
+    line.run_for(Duration::from_millis(30));
+    assert_eq!(line.slaves[0].outputs(), [7; 8]);
+}
+
+#[test]
 fn after_the_expiry_the_returning_master_starts_the_slave_again() {
     let mut line = exchanging(OutputsOnLeave::Clear);
     let port = line.master_port;

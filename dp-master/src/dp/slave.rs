@@ -558,10 +558,15 @@ impl Device {
             return Response::ShortAck;
         }
         let entered = self.phase != SlavePhase::DataExchange;
+        // Outputs held since the last exchange stay until the master's first ones: zeros between would be outputs that
+        // nobody sent.
+        let held = self.identity.outputs_on_leave == OutputsOnLeave::Hold && self.configuration == configuration;
         self.configuration = configuration;
         self.lengths = lengths;
-        self.outputs.reset(lengths.outputs);
-        self.staged_outputs.reset(lengths.outputs);
+        if !held {
+            self.outputs.reset(lengths.outputs);
+            self.staged_outputs.reset(lengths.outputs);
+        }
         self.inputs.reset(lengths.inputs);
         self.release_inputs();
         self.phase = SlavePhase::DataExchange;
