@@ -2,10 +2,12 @@
 
 use dp_master::dp::SlaveState;
 use dp_master::time::Baud;
+use drivecom::State;
 use film_feed::operator::FeedPlan;
 use film_feed::report::{FeedMode, TOLERANCE_MM};
 use film_feed::rig::RigConfig;
-use system_tests::{MILLISECOND, SECOND, in_mid_feed, ready, run, run_for, series};
+use film_feed::run::{Observation, simulated};
+use system_tests::{MILLISECOND, SECOND, in_mid_feed, ready, run, run_for, series, start_feed};
 
 #[test]
 fn feeds_land_at_every_baud_rate_and_no_rule_of_the_line_is_broken() {
@@ -119,4 +121,83 @@ fn after_the_watchdog_the_drive_does_what_c1882_says() {
             "C1882 = {reaction}: {speed_rpm} 1/min"
         );
     }
+}
+
+#[test]
+fn with_c1882_at_trip_a_lost_bus_is_ce0_and_stays_until_it_is_reset() {
+    // Fact sheet, sections 1.4 and 1.5; 1 = TRIP (coding assumed).
+    let mut rig = in_mid_feed(&RigConfig::default(), 0.2);
+    rig.drive_mut().write_code(1882, 0, 10_000).unwrap();
+    rig.disconnect_module();
+    run_for(&mut rig, 400 * MILLISECOND);
+    assert_eq!(rig.module().state(), State::Fault);
+    assert_eq!(rig.drive().axis().sample().torque, 0.0);
+    rig.reconnect_module();
+    assert!(rig.run_until(2 * SECOND, |rig| rig.outputs().error));
+    run_for(&mut rig, SECOND);
+    // CE0 is 0x8100 of object 603Fh.
+    assert_eq!(rig.extended_diagnosis(), Some(&[0x03, 0x81, 0x00][..]));
+    rig.inputs_mut().error_reset = true;
+    run_for(&mut rig, 100 * MILLISECOND);
+    rig.inputs_mut().error_reset = false;
+    assert!(rig.run_until(SECOND, |rig| rig.outputs().drive_ready && !rig.outputs().error));
+}
+
+#[test]
+fn c1883_counts_from_leaving_data_exchange() {
+    // Fact sheet, section 1.5: with the watchdog at 100 ms and C1883 at 300 ms the drive goes on for 400 ms.
+    let mut rig = in_mid_feed(&RigConfig::default(), 0.2);
+    rig.drive_mut().write_code(1882, 0, 20_000).unwrap();
+    rig.drive_mut().write_code(1883, 0, 300 * 10_000).unwrap();
+    rig.disconnect_module();
+    run_for(&mut rig, 350 * MILLISECOND);
+    assert!(!rig.drive().inhibited(), "too soon");
+    run_for(&mut rig, 100 * MILLISECOND);
+    assert!(rig.drive().inhibited(), "too late");
+}
+
+#[test]
+fn without_a_reaction_a_feed_is_finished_however_long_the_bus_is_away() {
+    // Fact sheet, section 1.5: C1882 = none goes on with the last process data, and the returning master finds the drive
+    // as it is: neither the gap nor the new start-up of the slave puts a zero in between. 50 ms is less than the watchdog
+    // of 100 ms, 2 s is longer than the feed.
+    for gap_ms in [50, 500, 2_000] {
+        let mut rig = ready(&RigConfig::default());
+        let before = rig.film().position_mm();
+        start_feed(&mut rig);
+        run_for(&mut rig, 300 * MILLISECOND);
+        rig.disconnect_module();
+        run_for(&mut rig, gap_ms * MILLISECOND);
+        assert_eq!(rig.module().state(), State::OperationEnabled, "{gap_ms} ms");
+        rig.reconnect_module();
+        assert!(
+            rig.run_until(3 * SECOND, |rig| rig.outputs().job_finished),
+            "{gap_ms} ms: {:?}",
+            rig.outputs()
+        );
+        run_for(&mut rig, 300 * MILLISECOND);
+        let moved = rig.film().position_mm() - before;
+        assert!((moved - 1200.0).abs() <= TOLERANCE_MM, "{gap_ms} ms: {moved}");
+        assert!(rig.outputs().drive_ready && !rig.outputs().error, "{gap_ms} ms");
+    }
+}
+
+#[test]
+fn two_rigs_give_the_same_bits_in_every_millisecond() {
+    let config = RigConfig {
+        bit_error_rate: 1e-5,
+        seed: 5,
+        ..RigConfig::default()
+    };
+    let bits = || {
+        let (_, samples) = simulated(&config, series(FeedMode::Mark, 3), Observation::Samples, || {}).unwrap();
+        let bits: Vec<[u64; 4]> = samples
+            .iter()
+            .map(|sample| [sample.film_mm, sample.torque_nm, sample.current_a_rms, sample.dc_link_v].map(f64::to_bits))
+            .collect();
+        bits
+    };
+    let first = bits();
+    assert!(first.len() > 5_000);
+    assert!(first == bits(), "the second run differs");
 }
