@@ -1,10 +1,10 @@
 //! The bus as the thesis configures it: CPU at address 2, one drive with PAR(Cons.) + PZD(4W Cons.) (thesis ch. 8.2).
 
 use dp_master::address::Address;
-use dp_master::dp::{DpMaster, MasterConfig, Mode, SlaveConfig, SlaveIndex, Watchdog};
+use dp_master::dp::{DpMaster, MasterConfig, MasterEvent, Mode, SlaveConfig, SlaveIndex, Watchdog};
 use dp_master::fdl::BusParams;
 use dp_master::time::{Baud, Duration};
-use lenze9300_model::bus::dp::{IDENT, PAR_AND_FOUR_WORDS};
+use lenze9300_model::bus::dp::IDENT;
 
 use crate::rig::RigError;
 
@@ -16,13 +16,15 @@ const MIN_SLAVE_INTERVAL: Duration = Duration::from_micros(100);
 
 /// The master with its one slave, in Operate.
 ///
-/// `min_cycle` is the shortest DP cycle; `latency` what an operating system may add to every answer.
+/// `identifiers` is the slave's configuration; `min_cycle` the shortest DP cycle; `latency` what an operating system may
+/// add to every answer.
 ///
 /// # Errors
-/// When `slave` is the master's own address or a parameter is out of its range.
+/// When `slave` is the master's own address, `identifiers` are none or a parameter is out of its range.
 pub fn master(
     baud: Baud,
     slave: Address,
+    identifiers: &[u8],
     min_cycle: Duration,
     latency: Duration,
 ) -> Result<(DpMaster<1>, SlaveIndex), RigError> {
@@ -34,7 +36,7 @@ pub fn master(
     let config = SlaveConfig {
         watchdog: Some(watchdog(baud, min_cycle, latency)?),
         min_slave_interval: MIN_SLAVE_INTERVAL,
-        ..SlaveConfig::new(slave, IDENT, PAR_AND_FOUR_WORDS)?
+        ..SlaveConfig::new(slave, IDENT, identifiers)?
     };
     let index = master.add_slave(config)?;
     master.set_mode(Mode::Operate);
@@ -51,4 +53,19 @@ fn watchdog(baud: Baud, min_cycle: Duration, latency: Duration) -> Result<Watchd
     let cycle_ns = CYCLE_BITS * 1_000_000_000 / u64::from(baud.bits_per_second());
     let ns = CYCLES * (cycle_ns + min_cycle.as_nanos() + latency.as_nanos());
     Ok(Watchdog::at_least(Duration::from_nanos(ns.max(100_000_000)))?)
+}
+
+/// Why a slave is not in data exchange, in one sentence.
+pub fn trouble(event: &MasterEvent) -> Option<String> {
+    match event {
+        MasterEvent::ForeignMaster { address } => Some(format!("another master (address {address}) is on the line")),
+        MasterEvent::ParametersRefused { diagnosis, .. } => Some(format!(
+            "the slave refused its parameters; its ident number is 0x{:04X}",
+            diagnosis.ident
+        )),
+        MasterEvent::ConfigurationRefused { .. } => Some("the slave refused its configuration".to_string()),
+        MasterEvent::OwnedByOther { .. } => Some("the slave belongs to another master".to_string()),
+        MasterEvent::SlaveLost { .. } => Some("the slave stopped answering".to_string()),
+        _ => None,
+    }
 }

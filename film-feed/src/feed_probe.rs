@@ -24,8 +24,9 @@ pub struct Reading {
 #[derive(Debug, Clone, Default)]
 pub struct FeedProbe {
     start_mm: f64,
-    target_mm: Option<f64>,
-    /// Film position at each millisecond since the program started.
+    /// From the start to the target. Kept as given: start + way − start would not be the way to the last digit.
+    commanded_mm: Option<f64>,
+    /// Film position at the end of each millisecond since the program started: the first is that after 1 ms.
     film_by_ms: Vec<f64>,
     program_started: bool,
     set_point_ms: Option<usize>,
@@ -46,7 +47,7 @@ impl FeedProbe {
         let film_by_ms = std::mem::take(&mut self.film_by_ms);
         *self = FeedProbe {
             start_mm,
-            target_mm: commanded_mm.map(|commanded| start_mm + commanded),
+            commanded_mm,
             film_by_ms,
             highest_mm: start_mm,
             ..FeedProbe::default()
@@ -76,7 +77,9 @@ impl FeedProbe {
     pub fn event(&mut self, event: &TraverseEvent, last_mark_mm: f64) {
         match event {
             TraverseEvent::ProgramStarted => self.program_started = true,
-            TraverseEvent::MarkLatched { .. } => self.target_mm = Some(last_mark_mm + RESIDUAL_PATH_MM),
+            TraverseEvent::MarkLatched { .. } => {
+                self.commanded_mm = Some(last_mark_mm + RESIDUAL_PATH_MM - self.start_mm);
+            }
             TraverseEvent::NoMarkFound { .. } => self.no_mark_found = true,
             TraverseEvent::ProgramEnded => self.set_point_ms = Some(self.film_by_ms.len()),
             _ => {}
@@ -91,7 +94,7 @@ impl FeedProbe {
     /// The feed is over and the film stands at `end_mm`.
     pub fn report(&self, n: usize, mode: FeedMode, end_mm: f64, pos_act_mm: f64, job_ns: Option<u64>) -> FeedReport {
         let film_mm = end_mm - self.start_mm;
-        let commanded_mm = self.target_mm.map(|target| target - self.start_mm);
+        let commanded_mm = self.commanded_mm;
         FeedReport {
             n,
             mode,
@@ -111,12 +114,12 @@ impl FeedProbe {
         }
     }
 
-    /// The first millisecond from which on the film never left ±0.01 mm around its target.
+    /// When the film was first seen within ±0.01 mm of its target never to leave it again.
     fn in_position_s(&self) -> Option<f64> {
-        let target = self.target_mm?;
+        let target = self.start_mm + self.commanded_mm?;
         let within = |mm: &f64| (mm - target).abs() <= TOLERANCE_MM;
         let settled = self.film_by_ms.iter().rev().take_while(|mm| within(mm)).count();
-        (settled > 0).then(|| (self.film_by_ms.len() - settled) as f64 / 1000.0)
+        (settled > 0).then(|| (self.film_by_ms.len() - settled + 1) as f64 / 1000.0)
     }
 
     /// Peak value of a three-phase current to the rms value of one phase: 1/√2.
@@ -148,12 +151,13 @@ mod tests {
         let mut probe = FeedProbe::default();
         probe.start(10.0, Some(100.0));
         probe.event(&TraverseEvent::ProgramStarted, 0.0);
+        // After 1, 2, … 6 ms.
         for film_mm in [10.0, 60.0, 110.0, 110.02, 110.005, 110.0] {
             probe.millisecond(film_mm);
         }
         assert_eq!(
             probe.report(1, FeedMode::Length, 110.0, 100.0, None).in_position_s,
-            Some(0.004)
+            Some(0.005)
         );
     }
 

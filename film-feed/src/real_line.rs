@@ -4,15 +4,16 @@ use std::path::PathBuf;
 use std::time::{Duration as StdDuration, Instant as StdInstant};
 
 use dp_master::address::Address;
-use dp_master::dp::{MasterEvent, SlaveState};
+use dp_master::dp::SlaveState;
 use dp_master::driver::Driver;
 use dp_master::phy::{SerialLine, SerialOptions};
 use dp_master::time::{Baud, Duration};
+use lenze9300_model::bus::dp::PAR_AND_FOUR_WORDS;
 
 use crate::block::{FilmFeedBlock, Inputs, Outputs};
 use crate::bus_config;
 use crate::operator::{FeedPlan, Operator, OperatorEvent};
-use crate::parameter_watch::ParameterWatch;
+use crate::parameter_watch::{self, ParameterWatch};
 use crate::plc::{DpPeriphery, IMAGE};
 use crate::report::{BusReport, ErrorKnown, FeedMode, FeedReport, RunReport};
 
@@ -35,6 +36,8 @@ const LATENCY: Duration = Duration::from_millis(50);
 
 /// Longest wait for DRIVE_RDY: nobody waits a minute at a machine.
 const START_UP_LIMIT_NS: u64 = 10_000_000_000;
+/// A drive that leaves data exchange in mid-run may come back for so long: a loose plug, a restarted adapter.
+const LOSS_LIMIT_NS: u64 = 3_000_000_000;
 /// An exchange of the parameter channel that takes longer is reported.
 const PARAMETER_LIMIT_NS: u64 = 3_000_000_000;
 
@@ -42,12 +45,14 @@ const PARAMETER_LIMIT_NS: u64 = 3_000_000_000;
 ///
 /// A PLC cycle that comes too late is worked at once and the next one counts from there: none is made up for.
 ///
+/// A line that breaks and a drive that leaves the bus end the run; the report says why.
+///
 /// # Errors
-/// One sentence when the port cannot be opened or breaks.
+/// One sentence when the port cannot be opened.
 pub fn run(line: &RealLine, plan: FeedPlan, mut feed_done: impl FnMut()) -> Result<RunReport, String> {
     let address = Address::new(line.slave_address).map_err(|error| error.to_string())?;
-    let (mut master, slave) =
-        bus_config::master(line.baud, address, Duration::ZERO, LATENCY).map_err(|error| error.to_string())?;
+    let (mut master, slave) = bus_config::master(line.baud, address, PAR_AND_FOUR_WORDS, Duration::ZERO, LATENCY)
+        .map_err(|error| error.to_string())?;
     let port = SerialLine::open(&line.path, line.baud, SerialOptions::default()).map_err(|error| error.to_string())?;
     let mut driver = Driver::new(port);
 
@@ -68,22 +73,27 @@ pub fn run(line: &RealLine, plan: FeedPlan, mut feed_done: impl FnMut()) -> Resu
     let mut warnings = Vec::new();
     let mut aborted = None;
     let mut last_trouble = None;
+    // When data exchange was last there.
+    let mut seen_ns = None;
 
     let started = StdInstant::now();
     let cycle = StdDuration::from_nanos(line.plc_cycle_ns);
     let mut due = started + cycle;
-    loop {
+    'run: loop {
         while let Some(wait) = due
             .checked_duration_since(StdInstant::now())
             .filter(|wait| !wait.is_zero())
         {
-            driver.step(&mut master, wait).map_err(|error| error.to_string())?;
+            if let Err(error) = driver.step(&mut master, wait) {
+                aborted = Some(format!("the line broke in mid-run: {error}"));
+                break 'run;
+            }
         }
         due = (due + cycle).max(StdInstant::now());
         let now_ns = started.elapsed().as_nanos() as u64;
 
         while let Some(event) = master.poll_event() {
-            last_trouble = describe(&event).or(last_trouble);
+            last_trouble = bus_config::trouble(&event).or(last_trouble);
         }
         let told = operator.scan(now_ns, block.outputs(), watch.rounds(), &mut inputs);
         match told {
@@ -111,6 +121,14 @@ pub fn run(line: &RealLine, plan: FeedPlan, mut feed_done: impl FnMut()) -> Resu
         }
 
         let exchanging = master.state(slave) == SlaveState::DataExchange;
+        if exchanging {
+            seen_ns = Some(now_ns);
+        } else if seen_ns.is_some_and(|seen_ns| now_ns - seen_ns > LOSS_LIMIT_NS) {
+            // The block would wait for ever: it keeps the last process data and knows no time-out.
+            let why = last_trouble.unwrap_or("the slave is not in data exchange".to_string());
+            aborted = Some(format!("the drive left the bus in mid-run: {why}"));
+            break;
+        }
         let mut periphery = DpPeriphery {
             module_address: PZD_ADDRESS,
             inputs: if exchanging {
@@ -122,7 +140,12 @@ pub fn run(line: &RealLine, plan: FeedPlan, mut feed_done: impl FnMut()) -> Resu
         };
         block.cycle(&mut inputs, &mut periphery);
         master.set_outputs(slave, &outputs).map_err(|error| error.to_string())?;
-        watch.observe(now_ns, &block, inputs.error_reset);
+        let periphery = if exchanging {
+            parameter_watch::Periphery::Present
+        } else {
+            parameter_watch::Periphery::Absent
+        };
+        watch.observe(now_ns, &block, inputs.error_reset, periphery);
     }
 
     let statistics = master.statistics();
@@ -177,21 +200,4 @@ fn ended_at_search_end(feed: &FeedReport, length_mm: f64) -> bool {
     const CLOSE_MM: f64 = 0.05;
     feed.film_mm
         .is_some_and(|mm| (mm - SEARCH_LENGTHS * length_mm).abs() < CLOSE_MM)
-}
-
-/// Why a slave is not in data exchange, in one sentence.
-fn describe(event: &MasterEvent) -> Option<String> {
-    match event {
-        MasterEvent::ForeignMaster { address } => Some(format!("another master (address {address}) is on the line")),
-        MasterEvent::ParametersRefused { diagnosis, .. } => Some(format!(
-            "the slave refused its parameters; its ident number is 0x{:04X}",
-            diagnosis.ident
-        )),
-        MasterEvent::ConfigurationRefused { .. } => {
-            Some("the slave refused the configuration F3 F3 (PAR + 4 words PZD)".to_string())
-        }
-        MasterEvent::OwnedByOther { .. } => Some("the slave belongs to another master".to_string()),
-        MasterEvent::SlaveLost { .. } => Some("the slave stopped answering".to_string()),
-        _ => None,
-    }
 }

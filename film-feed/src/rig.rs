@@ -8,7 +8,7 @@ use dp_master::dp::{AddSlaveError, CfgError, DpMaster, MasterError, SlaveIndex, 
 use dp_master::phy::{Disturbance, DisturbanceError, PortId, VirtualBus, pump};
 use dp_master::station::Station;
 use dp_master::time::{Baud, Duration, Instant};
-use lenze9300_model::bus::dp::{Emf2133, Emf2133Config, ModuleError};
+use lenze9300_model::bus::dp::{Emf2133, Emf2133Config, ModuleError, PAR_AND_FOUR_WORDS};
 use lenze9300_model::device::{Drive, DriveConfig};
 use lenze9300_model::plant::ShaftAngle;
 use lenze9300_model::{TICK_NS, TICKS_PER_MS};
@@ -17,7 +17,7 @@ use thiserror::Error;
 use crate::block::{FilmFeedBlock, Inputs, Outputs};
 use crate::bus_config;
 use crate::machine::{Film, FilmConfig, MarkConfig};
-use crate::parameter_watch::ParameterWatch;
+use crate::parameter_watch::{self, ParameterWatch};
 use crate::plc::{DpPeriphery, IMAGE};
 
 /// What the chain is made of.
@@ -29,8 +29,8 @@ pub struct RigConfig {
     pub plc_cycle_ns: u64,
     /// Shortest DP cycle, ns; 0 polls as fast as the bus parameters and the slave's minimum interval allow.
     ///
-    /// 0.5 ms by default: the drive takes process data over once a millisecond, and at 12 Mbit/s a longer silence
-    /// would look like a lost token to another master (Tto = 0.83 ms for address 2).
+    /// 1 ms by default: the drive takes process data over once a millisecond. In the pause the master passes the token
+    /// to itself often enough that no other would take it for lost.
     pub dp_cycle_ns: u64,
     /// Probability that a bit on the line is wrong.
     pub bit_error_rate: f64,
@@ -38,6 +38,9 @@ pub struct RigConfig {
     pub seed: u64,
     /// DP address of the drive.
     pub slave_address: u8,
+    /// Configuration the master asks the module for: PAR(Cons.) + PZD(4W Cons.) in the thesis. With another of other
+    /// lengths the block finds no periphery.
+    pub identifiers: &'static [u8],
     /// Peripheral address of the process data in the PLC (thesis ch. 9: 0x0118).
     pub pzd_address: u16,
     /// The drive.
@@ -53,10 +56,11 @@ impl Default for RigConfig {
         RigConfig {
             baud: Baud::B12000000,
             plc_cycle_ns: 5_000_000,
-            dp_cycle_ns: 500_000,
+            dp_cycle_ns: 1_000_000,
             bit_error_rate: 0.0,
             seed: 1,
             slave_address: 3,
+            identifiers: PAR_AND_FOUR_WORDS,
             pzd_address: 0x0118,
             drive: DriveConfig::default(),
             module: Emf2133Config::default(),
@@ -136,6 +140,7 @@ impl Rig {
         let (master, slave) = bus_config::master(
             config.baud,
             slave_address,
+            config.identifiers,
             Duration::from_nanos(config.dp_cycle_ns),
             Duration::ZERO,
         )?;
@@ -195,19 +200,22 @@ impl Rig {
     /// Works the PLC cycle that is due: periphery in, block, periphery out.
     pub fn plc_cycle(&mut self) {
         let exchanging = self.slave_state() == SlaveState::DataExchange;
+        // SFC 14 refuses an area of another length than configured.
+        let inputs = self.master.inputs(self.slave).try_into().ok().filter(|_| exchanging);
+        let presence = match inputs {
+            Some(_) => parameter_watch::Periphery::Present,
+            None => parameter_watch::Periphery::Absent,
+        };
         let mut periphery = DpPeriphery {
             module_address: self.pzd_address,
-            inputs: if exchanging {
-                self.master.inputs(self.slave).try_into().ok()
-            } else {
-                None
-            },
+            inputs,
             outputs: &mut self.outputs,
         };
         self.block.cycle(&mut self.inputs, &mut periphery);
-        self.master.outputs_mut(self.slave).copy_from_slice(&self.outputs);
+        // Nor does SFC 15 write one.
+        let _ = self.master.set_outputs(self.slave, &self.outputs);
         self.watch
-            .observe(self.now.as_nanos(), &self.block, self.inputs.error_reset);
+            .observe(self.now.as_nanos(), &self.block, self.inputs.error_reset, presence);
         self.next_plc += self.plc_cycle;
     }
 
@@ -239,7 +247,7 @@ impl Rig {
     }
 
     fn drive_tick(&mut self, observer: &mut impl TickObserver) {
-        if self.ticks % TICKS_PER_MS == 0 {
+        if self.ticks.is_multiple_of(TICKS_PER_MS) {
             self.module.cycle_1ms(&mut self.drive);
         }
         self.ticks += 1;
@@ -249,7 +257,7 @@ impl Rig {
         }
         observer.tick(&mut TickView {
             now_ns: self.now.as_nanos(),
-            ends_millisecond: self.ticks % TICKS_PER_MS == 0,
+            ends_millisecond: self.ticks.is_multiple_of(TICKS_PER_MS),
             drive: &mut self.drive,
             film: &mut self.film,
             module: &self.module,

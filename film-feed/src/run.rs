@@ -1,5 +1,8 @@
 //! Runs a feed plan, in virtual time or against a real line, and reports.
 
+use dp_master::dp::SlaveState;
+
+use crate::bus_config;
 use crate::feed_probe::{FeedProbe, Reading};
 use crate::operator::{FeedPlan, Operator, OperatorEvent};
 use lenze9300_model::units::{INC_PER_REV, Rpm};
@@ -36,8 +39,12 @@ pub fn simulated(
     let mut feeds: Vec<FeedReport> = Vec::new();
     let mut warnings = Vec::new();
     let mut aborted = None;
+    let mut last_trouble = None;
     loop {
         rig.advance_to_plc_cycle(&mut recorder);
+        while let Some(event) = rig.master_mut().poll_event() {
+            last_trouble = bus_config::trouble(&event).or(last_trouble);
+        }
         let (now_ns, outputs, rounds) = (rig.now_ns(), *rig.outputs(), rig.parameter_watch().rounds());
         let event = operator.scan(now_ns, &outputs, rounds, rig.inputs_mut());
         match event {
@@ -67,7 +74,10 @@ pub fn simulated(
             }
             Some(OperatorEvent::Finished) => break,
             Some(OperatorEvent::Aborted(reason)) => {
-                aborted = Some(reason);
+                aborted = Some(match last_trouble.take() {
+                    Some(trouble) if rig.slave_state() != SlaveState::DataExchange => format!("{reason}; {trouble}"),
+                    _ => reason,
+                });
                 break;
             }
         }
@@ -138,7 +148,8 @@ impl TickObserver for Recorder {
                 film_mm: view.film.position_mm(),
                 rpm: Rpm::from_rad_s(axis.omega_true).0,
                 torque_nm: axis.torque,
-                current_a_peak: axis.i_d.hypot(axis.i_q),
+                // Not hypot: that is the platform's mathematics, a root is exact everywhere.
+                current_a_peak: (axis.i_d * axis.i_d + axis.i_q * axis.i_q).sqrt(),
                 following_error_mm: view.drive.following_error() as f64 * view.film.mm_per_increment(),
             });
         }

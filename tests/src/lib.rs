@@ -1,9 +1,12 @@
 //! What the system tests share: the rig brought into the states that tests start from, and oracles.
 
+pub mod interpolator_oracle;
+
 use film_feed::operator::FeedPlan;
 use film_feed::report::{FeedMode, RunReport};
-use film_feed::rig::{Rig, RigConfig};
+use film_feed::rig::{Rig, RigConfig, TickView};
 use film_feed::run::{Observation, simulated};
+use lenze9300_model::traverse::TraverseEvent;
 
 /// One second in the rig's nanoseconds.
 pub const SECOND: u64 = 1_000_000_000;
@@ -80,6 +83,22 @@ pub fn run(config: &RigConfig, plan: FeedPlan) -> RunReport {
     simulated(config, plan, Observation::FeedsOnly, || {})
         .unwrap_or_else(|error| panic!("{error}"))
         .0
+}
+
+/// Runs PLC cycles for so long and collects what happens in the traversing program meanwhile, with the machine time in
+/// ns.
+pub fn traverse_events(rig: &mut Rig, ns: u64) -> Vec<(u64, TraverseEvent)> {
+    while rig.drive_mut().poll_traverse_event().is_some() {}
+    let mut told = Vec::new();
+    let end = rig.now_ns() + ns;
+    while rig.now_ns() < end {
+        rig.cycle(&mut |view: &mut TickView<'_>| {
+            while let Some(event) = view.drive.poll_traverse_event() {
+                told.push((view.now_ns, event));
+            }
+        });
+    }
+    told
 }
 
 /// A plan of one series.

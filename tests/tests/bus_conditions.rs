@@ -1,4 +1,4 @@
-//! The bus under the chain: baud rates, bit errors, a cut cable, refusals.
+//! The bus under the chain: baud rates, bit errors, a cut cable, the watchdog.
 
 use dp_master::dp::SlaveState;
 use dp_master::time::Baud;
@@ -119,23 +119,4 @@ fn after_the_watchdog_the_drive_does_what_c1882_says() {
             "C1882 = {reaction}: {speed_rpm} 1/min"
         );
     }
-}
-
-#[test]
-fn a_drive_with_another_ident_number_is_refused_and_the_master_says_so() {
-    let mut config = RigConfig::default();
-    config.module.ident = 0x1234;
-    let plan = FeedPlan {
-        start_up_limit_ns: 2 * SECOND,
-        ..series(FeedMode::Length, 1)
-    };
-    let report = run(&config, plan);
-    assert!(!report.ok && report.feeds.is_empty(), "{report}");
-    assert!(
-        report
-            .aborted
-            .as_deref()
-            .is_some_and(|reason| reason.contains("did not become ready")),
-        "{report}"
-    );
 }

@@ -1,26 +1,53 @@
 //! The chain in two processes over a pseudo-terminal, in real time.
+//!
+//! The only tests that look at a clock. Upper bounds are generous: a loaded machine makes everything slower, and nothing
+//! may fail for that.
 
-use std::io::{BufRead, BufReader};
-use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
-/// Path of a binary of the workspace, built if it is not there yet.
-fn binary(package: &str, name: &str) -> PathBuf {
-    // The test runs from target/<profile>/deps.
-    let mut directory = std::env::current_exe().expect("a test knows its own path");
-    directory.pop();
-    directory.pop();
-    let mut build = Command::new(env!("CARGO"));
-    build.args(["build", "--quiet", "--package", package, "--bin", name]);
-    if directory.ends_with("release") {
-        build.arg("--release");
-    }
-    assert!(build.status().expect("cargo runs").success(), "{name} does not build");
+/// Path of a binary of the workspace, of the same profile and target directory as this test, up to date.
+fn binary(name: &str) -> PathBuf {
+    static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
+    let directory = DIRECTORY.get_or_init(|| {
+        // The test runs from target/<profile>/deps.
+        let test = std::env::current_exe().expect("a test knows its own path");
+        let profile = test
+            .parent()
+            .and_then(Path::parent)
+            .expect("target/<profile>/deps")
+            .to_path_buf();
+        let target = profile.parent().expect("target/<profile>").to_path_buf();
+        let mut build = Command::new(env!("CARGO"));
+        // What the binaries need, this test needs too: there is nothing to download.
+        build.args([
+            "build",
+            "--quiet",
+            "--offline",
+            "--bin",
+            "film-feed",
+            "--bin",
+            "lenze9300",
+        ]);
+        build.args(["--package", "film-feed", "--package", "lenze9300-model", "--target-dir"]);
+        build.arg(target);
+        if profile.ends_with("release") {
+            build.arg("--release");
+        }
+        assert!(
+            build.status().expect("cargo runs").success(),
+            "the binaries do not build"
+        );
+        profile
+    });
     directory.join(name)
 }
 
-/// Ends the process with the test, however the test ends.
+/// A process that ends with the test, however the test ends.
 struct Running(Child);
 
 impl Drop for Running {
@@ -31,8 +58,39 @@ impl Drop for Running {
     }
 }
 
-fn serve(link: &PathBuf) -> Running {
-    let mut child = Command::new(binary("lenze9300-model", "lenze9300"))
+impl Running {
+    /// Waits for its end, for a minute at the most, and gives its standard output and error.
+    fn end(mut self) -> (ExitStatus, String, String) {
+        let mut out = self.0.stdout.take().expect("its output is piped");
+        let mut err = self.0.stderr.take().expect("its errors are piped");
+        // A report fits the pipe's buffer: nobody blocks.
+        let waited = Instant::now();
+        let status = loop {
+            if let Some(status) = self.0.try_wait().expect("a process can be asked") {
+                break status;
+            }
+            assert!(waited.elapsed() < Duration::from_secs(60), "it waits for ever");
+            std::thread::sleep(Duration::from_millis(20));
+        };
+        let (mut told, mut complained) = (String::new(), String::new());
+        out.read_to_string(&mut told).expect("it writes UTF-8");
+        err.read_to_string(&mut complained).expect("it writes UTF-8");
+        (status, told, complained)
+    }
+
+    fn signal(&self, signal: &str) {
+        let kill = format!("kill -{signal} {}", self.0.id());
+        let status = Command::new("sh")
+            .args(["-c", &kill])
+            .status()
+            .expect("there is a shell");
+        assert!(status.success(), "{kill}");
+    }
+}
+
+/// `lenze9300 serve` behind a pseudo-terminal linked at `link`, ready to answer at address 3.
+fn serve(link: &Path) -> Running {
+    let mut child = Command::new(binary("lenze9300"))
         .args(["serve", "--address", "3", "--pty"])
         .arg(link)
         .stdout(Stdio::piped())
@@ -43,36 +101,53 @@ fn serve(link: &PathBuf) -> Running {
         .read_line(&mut line)
         .expect("it says that it answers");
     assert!(line.contains("answering at address 3"), "{line}");
+    assert!(line.contains("/dev/"), "it names the terminal: {line}");
     Running(child)
 }
 
-fn scratch(name: &str) -> PathBuf {
-    std::env::temp_dir().join(format!("film-feed-{}-{name}", std::process::id()))
+/// `film-feed run` against that link.
+fn film_feed(link: &Path, arguments: &[&str]) -> Running {
+    let child = Command::new(binary("film-feed"))
+        .args(["run", "--json", "--port"])
+        .arg(link)
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("film-feed starts");
+    Running(child)
+}
+
+fn report(told: &str) -> serde_json::Value {
+    serde_json::from_str(told).unwrap_or_else(|error| panic!("{error}: {told}"))
+}
+
+/// A name in the scratch directory that is free, and is freed with this value.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new() -> Self {
+        static NUMBER: AtomicUsize = AtomicUsize::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        Scratch(std::env::temp_dir().join(format!("film-feed-line-{}-{number}", std::process::id())))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // Best effort; most often the drive has taken its link away.
+        let _ = std::fs::remove_file(&self.0);
+    }
 }
 
 #[test]
 fn three_feeds_land_in_real_time() {
-    let link = scratch("drive");
-    let drive = serve(&link);
-    let output = Command::new(binary("film-feed", "film-feed"))
-        .args([
-            "run",
-            "--series",
-            "length",
-            "--feeds",
-            "3",
-            "--json",
-            "--address",
-            "3",
-            "--port",
-        ])
-        .arg(&link)
-        .output()
-        .expect("film-feed runs");
-    let text = String::from_utf8_lossy(&output.stdout);
-    let report: serde_json::Value = serde_json::from_str(&text)
-        .unwrap_or_else(|error| panic!("{error}: {text} {}", String::from_utf8_lossy(&output.stderr)));
-    assert!(output.status.success(), "{report}");
+    let link = Scratch::new();
+    let drive = serve(&link.0);
+    let (status, told, complained) =
+        film_feed(&link.0, &["--series", "length", "--feeds", "3", "--address", "3"]).end();
+    let report = report(&told);
+    assert!(status.success(), "{report} {complained}");
     let feeds = report["feeds"].as_array().expect("a list of feeds");
     assert_eq!(feeds.len(), 3);
     for feed in feeds {
@@ -81,35 +156,154 @@ fn three_feeds_land_in_real_time() {
             feed["error_mm"].as_f64().is_some_and(|error| error.abs() <= 0.01),
             "{report}"
         );
-        // Film-feed specification, section 9: cycle time 1.5 s, and what PLC, bus and settling add.
-        assert!(
-            feed["job_s"].as_f64().is_some_and(|job| (1.5..2.5).contains(&job)),
-            "{report}"
-        );
+        // Film-feed specification, section 9: cycle time 1.5 s. A drive that was held up makes up for 100 ms at most;
+        // what PLC, bus, settling and a loaded machine add has no bound worth a test.
+        assert!(feed["job_s"].as_f64().is_some_and(|job| job > 1.4), "{report}");
     }
-    // Three feeds of 1.5 s cannot be over sooner in real time.
-    assert!(report["wall_s"].as_f64().is_some_and(|wall| wall > 4.5), "{report}");
+    assert!(
+        report["wall_s"].as_f64().is_some_and(|wall| wall > 3.0 * 1.4),
+        "it was no real time: {report}"
+    );
+    assert_eq!(report["parameters"].as_array().map(Vec::len), Some(0), "{report}");
+    drop(drive);
+}
+
+#[test]
+fn a_feed_to_the_mark_of_the_drives_own_reader_lands() {
+    let link = Scratch::new();
+    let drive = serve(&link.0);
+    let (status, told, complained) = film_feed(&link.0, &["--print-marks", "--feeds", "1"]).end();
+    let report = report(&told);
+    assert!(status.success(), "{report} {complained}");
+    // Marks every 1200 mm, the film 50 mm behind one: the whole way is one distance (film-feed specification, section 6).
+    let moved = report["feeds"][0]["film_mm"].as_f64().expect("POS_ACT is a number");
+    assert!((moved - 1200.0).abs() <= 0.02, "{report}");
     drop(drive);
 }
 
 #[test]
 fn a_drive_that_does_not_answer_is_told_in_one_sentence() {
-    let link = scratch("other-address");
-    let drive = serve(&link);
-    let mut child = Command::new(binary("film-feed", "film-feed"))
-        .args(["run", "--series", "length", "--feeds", "1", "--address", "7", "--port"])
-        .arg(&link)
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("film-feed runs");
-    let waited = std::time::Instant::now();
-    let status = loop {
-        if let Some(status) = child.try_wait().expect("the process can be asked") {
-            break status;
-        }
-        assert!(waited.elapsed() < Duration::from_secs(60), "it waits for ever");
-        std::thread::sleep(Duration::from_millis(50));
-    };
-    assert_eq!(status.code(), Some(1));
+    let link = Scratch::new();
+    let drive = serve(&link.0);
+    let (status, told, complained) = film_feed(&link.0, &["--feeds", "1", "--address", "7"]).end();
+    assert_eq!(status.code(), Some(1), "{told} {complained}");
+    let report = report(&told);
+    assert_eq!(report["ok"], false);
+    assert_eq!(report["feeds"].as_array().map(Vec::len), Some(0));
+    let reason = report["aborted"].as_str().expect("it says why");
+    assert!(reason.contains("did not become ready"), "{reason}");
     drop(drive);
+}
+
+#[test]
+fn a_drive_killed_in_mid_run_ends_the_run_with_one_reason() {
+    let link = Scratch::new();
+    let mut drive = serve(&link.0);
+    let run = film_feed(&link.0, &["--series", "length", "--feeds", "100"]);
+    std::thread::sleep(Duration::from_secs(3));
+    drive.0.kill().expect("it runs");
+    let (status, told, complained) = run.end();
+    assert_eq!(status.code(), Some(1), "{told} {complained}");
+    assert_eq!(complained, "");
+    let report = report(&told);
+    assert_eq!(report["ok"], false);
+    let reason = report["aborted"].as_str().expect("it says why");
+    assert!(
+        reason.starts_with("the line broke in mid-run: ") && reason.ends_with("is gone"),
+        "{reason}"
+    );
+    assert!(!reason.contains('\n'), "{reason}");
+    drop(drive);
+
+    // The killed drive left its link behind, which leads nowhere now: one sentence for who wants to use it …
+    assert!(
+        std::fs::symlink_metadata(&link.0).is_ok(),
+        "there is no stale link to test with"
+    );
+    let (status, told, complained) = film_feed(&link.0, &["--feeds", "1"]).end();
+    assert_eq!((status.code(), told.as_str()), (Some(2), ""));
+    assert_eq!(complained.lines().count(), 1, "{complained}");
+    // … and no hindrance for the next drive.
+    let next = serve(&link.0);
+    assert!(std::fs::metadata(&link.0).is_ok(), "the link still leads nowhere");
+    let (status, told, complained) = film_feed(&link.0, &["--series", "length", "--feeds", "1"]).end();
+    assert!(status.success(), "{told} {complained}");
+    drop(next);
+}
+
+#[test]
+fn a_drive_that_falls_silent_in_mid_run_ends_the_run_with_one_reason() {
+    let link = Scratch::new();
+    let drive = serve(&link.0);
+    let run = film_feed(&link.0, &["--series", "length", "--feeds", "100"]);
+    std::thread::sleep(Duration::from_secs(3));
+    // Stopped, not ended: the line is there, nobody answers, and in time nobody empties it either.
+    drive.signal("STOP");
+    let (status, told, complained) = run.end();
+    assert_eq!(status.code(), Some(1), "{told} {complained}");
+    let report = report(&told);
+    let reason = report["aborted"].as_str().expect("it says why");
+    let reasons = [
+        "the drive left the bus in mid-run: ",
+        "takes no octets",
+        "did not become ready",
+    ];
+    assert!(reasons.into_iter().any(|known| reason.contains(known)), "{reason}");
+    drop(drive);
+}
+
+#[test]
+fn a_name_that_is_taken_by_a_file_is_refused_and_the_file_stays() {
+    let taken = Scratch::new();
+    std::fs::write(&taken.0, "mine").unwrap();
+    let output = Command::new(binary("lenze9300"))
+        .args(["serve", "--pty"])
+        .arg(&taken.0)
+        .output()
+        .expect("the drive starts");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(output.stdout.is_empty());
+    let complained = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(complained.lines().count(), 1, "{complained}");
+    assert!(
+        complained.starts_with("lenze9300: ") && complained.contains("not overwritten"),
+        "{complained}"
+    );
+    assert_eq!(std::fs::read_to_string(&taken.0).unwrap(), "mine");
+}
+
+#[test]
+fn the_drives_bad_input_gets_one_sentence_too() {
+    for (arguments, named) in [
+        (&["serve"][..], "--port"),
+        (
+            &["serve", "--port", "/nonexistent-directory/x"],
+            "/nonexistent-directory/x",
+        ),
+        (
+            &["serve", "--pty", "/nonexistent-directory/x"],
+            "/nonexistent-directory/x",
+        ),
+        (&["serve", "--pty", "x", "--baud", "115200"], "187500"),
+        (&["serve", "--pty", "x", "--address", "126"], "0..=125"),
+        (&["serve", "--pty", "x", "--ident", "XYZ"], "0x0000…0xFFFF"),
+        (&["serve", "--pty", "x", "--marks-every", "100"], "200.0…2000.0 mm"),
+        (&["serve", "--pty", "x", "--port", "y"], "--port"),
+        (&["dance"], "dance"),
+        (&[], "subcommand"),
+    ] {
+        let output = Command::new(binary("lenze9300"))
+            .args(arguments)
+            .output()
+            .expect("the drive starts");
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+        let complained = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(complained.lines().count(), 1, "{arguments:?}: {complained}");
+        assert!(
+            complained.starts_with("lenze9300: ") && complained.contains(named),
+            "{arguments:?}: {complained}"
+        );
+    }
+    assert!(!Path::new("x").exists(), "nothing half done");
 }

@@ -2,6 +2,7 @@
 
 use super::fcb::{Novelty, RetryGuard};
 use super::params::T_SYN;
+use super::reception::Reception;
 use super::timers::{Timer, Timers};
 use crate::address::Address;
 use crate::station::{LineError, MAX_TELEGRAM};
@@ -55,6 +56,14 @@ pub struct ResponderStatistics {
 /// Address match, retry recognition and reply timing of a passive station.
 ///
 /// The reply leaves min Tsdr after the last bit of the request. Octets that arrive before that withdraw it: somebody else speaks.
+///
+/// # Synchronisation
+///
+/// After octets that were no telegram nothing is acted on until the line was idle for Tsyn, so that no chance pattern inside a broken
+/// telegram is taken for a request. Behind an operating system (`latency` above zero) gaps inside telegrams look like idle times, so idle is
+/// only what is longer than the gaps forgiven; but a busy master leaves no such pause, and a slave that waits for one stays deaf for ever.
+/// There two more things end the waiting: a pause of Tsyn unless a telegram has begun, and a telegram with a right frame check sequence,
+/// which is not acted on itself.
 #[derive(Debug, Clone)]
 pub struct Responder {
     decoder: Decoder,
@@ -69,7 +78,10 @@ impl Responder {
             core: Core {
                 address,
                 baud,
-                idle_after: baud.duration(T_SYN) + latency,
+                t_syn: baud.duration(T_SYN),
+                latency,
+                longest: Reception::longest(baud) + latency,
+                begun: Instant::ZERO,
                 last_end: None,
                 synchronised: true,
                 guard: RetryGuard::new(),
@@ -96,7 +108,18 @@ impl Responder {
     pub fn handle_octets<U: ResponderUser>(&mut self, now: Instant, octets: &[u8], user: &mut U) {
         self.notice(now, octets.len());
         let Self { decoder, core } = self;
+        let pending = decoder.pending();
         decoder.push(octets, |found| core.handle(now, found, user));
+        match decoder.pending() {
+            0 => {}
+            now_pending => {
+                // The beginning of a telegram read together with the request: somebody speaks.
+                core.timers.stop(Timer::Pause);
+                if pending == 0 || now_pending < pending {
+                    core.begun = now;
+                }
+            }
+        }
     }
 
     /// See [`Station::handle_line_error`](crate::station::Station::handle_line_error).
@@ -135,9 +158,17 @@ impl Responder {
         core.timers.stop(Timer::Pause);
         core.due = false;
         let begin = now - core.baud.characters(characters);
-        if core.last_end.is_none_or(|end| end + core.idle_after <= begin) {
+        let idle_for = |least| core.last_end.is_none_or(|end| end + least <= begin);
+        if idle_for(core.t_syn + core.latency) {
             self.decoder.idle();
             core.synchronised = true;
+        } else if self.decoder.pending() == 0 {
+            core.synchronised |= core.is_behind_a_system() && idle_for(core.t_syn);
+        } else if core.begun + core.longest < begin {
+            // No telegram takes that long: a disturbance looked like the start of one and swallows what follows.
+            self.decoder.idle();
+            core.statistics.discarded += 1;
+            core.synchronised = false;
         }
         core.last_end = Some(now);
     }
@@ -147,7 +178,13 @@ impl Responder {
 struct Core {
     address: Address,
     baud: Baud,
-    idle_after: Duration,
+    t_syn: Duration,
+    /// Gaps inside a telegram that are forgiven.
+    latency: Duration,
+    /// The longest telegram, gaps included.
+    longest: Duration,
+    /// When the telegram that is not complete yet began, at the latest.
+    begun: Instant,
     last_end: Option<Instant>,
     synchronised: bool,
     guard: RetryGuard,
@@ -159,7 +196,17 @@ struct Core {
 }
 
 impl Core {
+    /// Whether gaps in what is received mean little.
+    fn is_behind_a_system(&self) -> bool {
+        self.latency > Duration::ZERO
+    }
+
     fn handle<U: ResponderUser>(&mut self, now: Instant, found: Decoded<'_>, user: &mut U) {
+        if matches!(found, Decoded::Telegram(_)) {
+            // A telegram read together with the request before it withdraws the reply as if it had come later. (Rubbish does not: a driver
+            // that is switched off often leaves a character behind.)
+            self.timers.stop(Timer::Pause);
+        }
         match found {
             Decoded::Discarded { .. } => {
                 self.statistics.discarded += 1;
@@ -168,6 +215,7 @@ impl Core {
             Decoded::Telegram(Telegram::Data { header, data }) if self.synchronised => {
                 self.handle_telegram(now, &header, data, user);
             }
+            Decoded::Telegram(Telegram::Data { .. }) => self.synchronised = self.is_behind_a_system(),
             Decoded::Telegram(_) => {}
         }
     }

@@ -46,16 +46,18 @@ fn dispatch() -> u8 {
         Err(error) => return report_usage(&error),
     };
     let outcome = match cli.command {
-        None => run::run(&cli.run),
-        Some(Command::Run(args)) => run::run(&args),
-        Some(Command::Replay(args)) => replay::run(args).map(|()| true).map_err(|error| error.to_string()),
+        None => run::run(&cli.run).map_err(|sentence| (BAD_INPUT, sentence)),
+        Some(Command::Run(args)) => run::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
+        Some(Command::Replay(args)) => replay::run(args)
+            .map(|()| true)
+            .map_err(|error| (error.exit_code(), error.to_string())),
     };
     match outcome {
         Ok(true) => DONE,
         Ok(false) => NOT_DONE,
-        Err(sentence) => {
+        Err((code, sentence)) => {
             eprintln!("film-feed: {sentence}");
-            BAD_INPUT
+            code
         }
     }
 }

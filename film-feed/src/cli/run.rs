@@ -1,6 +1,6 @@
 //! `film-feed run`: the main job.
 
-use std::io::IsTerminal;
+use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -59,7 +59,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "MS", default_value = "5.0", value_parser = PLC_CYCLE.parser())]
     plc_cycle: i16,
     /// Shortest DP cycle, 0.00…100.00 ms in steps of 0.01; 0 polls as fast as the bus parameters allow.
-    #[arg(long, value_name = "MS", default_value = "0.50", value_parser = DP_CYCLE.parser())]
+    #[arg(long, value_name = "MS", default_value = "1.00", value_parser = DP_CYCLE.parser())]
     dp_cycle: i16,
     /// Probability that a bit on the line is wrong, 0…0.001.
     #[arg(long, value_name = "P", default_value = "0", value_parser = parse_bit_error_rate)]
@@ -189,12 +189,19 @@ pub fn run(args: &RunArgs) -> Result<bool, String> {
     if let Some(file) = trace {
         file.commit(|out| scope::write_csv(&samples, out))?;
     }
-    if let Some(file) = picture {
+    // A run that ended before its first feed has nothing to draw; its report says why it ended.
+    if let Some(file) = picture.filter(|_| !report.feeds.is_empty()) {
         let svg = draw(&report, &samples)?;
-        file.commit(|out| std::io::Write::write_all(out, svg.as_bytes()))?;
+        file.commit(|out| out.write_all(svg.as_bytes()))?;
     }
-    print(args, &report);
-    Ok(report.ok)
+    match print(args, &report) {
+        // Whoever closed the pipe has read enough; the exit code still tells how the feeds went.
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            eprintln!("film-feed: the report cannot be written: {error}");
+            Ok(false)
+        }
+        _ => Ok(report.ok),
+    }
 }
 
 fn draw(report: &RunReport, samples: &[Sample]) -> Result<String, String> {
@@ -209,13 +216,15 @@ fn draw(report: &RunReport, samples: &[Sample]) -> Result<String, String> {
     plot::speed_over_time(samples, first.n, &title).map_err(|error| error.to_string())
 }
 
-fn print(args: &RunArgs, report: &RunReport) {
+fn print(args: &RunArgs, report: &RunReport) -> io::Result<()> {
+    let mut out = io::stdout().lock();
     if args.json {
-        // Serialising numbers, strings and lists cannot fail.
-        println!("{}", serde_json::to_string(report).unwrap_or_default());
+        serde_json::to_writer(&mut out, report)?;
+        writeln!(out)?;
     } else {
-        println!("{report}");
+        writeln!(out, "{report}")?;
     }
+    out.flush()
 }
 
 /// A bar on a terminal, nothing elsewhere; it shows itself only when the run lasts.

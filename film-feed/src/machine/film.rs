@@ -224,7 +224,7 @@ mod tests {
     fn one_millimetre_is_2561_847_increments() {
         // Film-feed specification, section 5, with the unrounded constant of the roller: 65536 · 7 / (π · 57).
         let per_mm = 1.0 / Roller::default().mm_per_increment();
-        assert!((per_mm - 2561.847_31).abs() < 1e-4, "{per_mm}");
+        assert!((per_mm - 2_561.847_31).abs() < 1e-4, "{per_mm}");
     }
 
     #[test]

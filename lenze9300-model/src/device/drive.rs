@@ -121,6 +121,8 @@ pub struct Drive {
     aif: AifControl,
     /// Causes that tests and operators set from outside.
     injected: FaultSet,
+    /// A parameter set is being loaded or saved.
+    transferring: bool,
     /// The commands of the last millisecond, whose edges count.
     before: Edges,
     self_test_ms: u32,
@@ -140,6 +142,7 @@ pub struct Drive {
 struct Edges {
     trip_reset: bool,
     released: bool,
+    inhibited: bool,
 }
 
 /// Figures derived from codes, refreshed when one of them changes.
@@ -166,9 +169,11 @@ impl Drive {
             terminals: Terminals::default(),
             aif: BEFORE_FIRST_COMMAND,
             injected: FaultSet::default(),
+            transferring: false,
             before: Edges {
                 trip_reset: false,
                 released: true,
+                inhibited: true,
             },
             self_test_ms: config.self_test_ms,
             ms: 0,
@@ -302,13 +307,16 @@ impl Drive {
         let now = Edges {
             trip_reset: self.aif.trip_reset(),
             released: self.terminals.x5_28,
+            inhibited: self.externally_inhibited(),
         };
         let before = std::mem::replace(&mut self.before, now);
         // The falling edge at terminal 28 resets a TRIP too (fact sheet, section 2.5).
         if (now.trip_reset && !before.trip_reset) || (!now.released && before.released) {
             self.monitor.reset_trip();
         }
-        if self.externally_inhibited() {
+        // Taking the enable away counts, not that it is away: under LU the bus module inhibits by itself, and its inhibit
+        // still stands when the message ends.
+        if now.inhibited && !before.inhibited {
             self.monitor.release_restart_lock();
         }
     }
@@ -384,11 +392,21 @@ impl Drive {
         };
     }
 
+    /// Begins or ends the transfer of a parameter set, as C0002 and C0003 do it, or the keypad: meanwhile every job is
+    /// refused (fact sheet, section 3.3).
+    #[doc(alias = "Parametersatz-Transfer")]
+    pub fn set_parameter_transfer(&mut self, running: bool) {
+        self.transferring = running;
+    }
+
     /// Reads a code, raw as the bus carries it.
     ///
     /// # Errors
-    /// See [`CodeStore::read`].
+    /// [`CodeError::TransferRunning`], or see [`CodeStore::read`].
     pub fn read_code(&mut self, code: u16, subcode: u8) -> Result<i32, CodeError> {
+        if self.transferring {
+            return Err(CodeError::TransferRunning);
+        }
         self.publish_displays();
         self.codes.read(code, subcode)
     }
@@ -396,8 +414,11 @@ impl Drive {
     /// Writes a code, raw as the bus carries it.
     ///
     /// # Errors
-    /// See [`CodeStore::write`].
+    /// [`CodeError::TransferRunning`], or see [`CodeStore::write`].
     pub fn write_code(&mut self, code: u16, subcode: u8, value: i32) -> Result<(), CodeError> {
+        if self.transferring {
+            return Err(CodeError::TransferRunning);
+        }
         let inhibit = if self.inhibited() {
             Inhibit::Active
         } else {

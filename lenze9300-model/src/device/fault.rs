@@ -18,6 +18,8 @@ pub enum Fault {
     Nmax,
     /// OC2: earth fault. Injected only.
     Oc2,
+    /// OH4: heat sink warmer than C0122. Injected only.
+    Oh4,
     /// P03: following error above C0255.
     P03,
     /// P14: following error above C1218/1 (number assumed).
@@ -69,7 +71,7 @@ const fn row(
 }
 
 /// In the order of the enum. Error codes are the profile's usual groups, assumed for this device (fact sheet, section 1.4).
-const TABLE: [Row; 9] = [
+const TABLE: [Row; 10] = [
     row(
         Fault::Ce0,
         "CE0",
@@ -112,6 +114,14 @@ const TABLE: [Row; 9] = [
     ),
     row(Fault::Oc2, "OC2", 12, Reaction::Trip, 0x2330, "earth fault"),
     row(
+        Fault::Oh4,
+        "OH4",
+        54,
+        Reaction::Warning,
+        0x4210,
+        "heat sink warmer than C0122",
+    ),
+    row(
         Fault::P03,
         "P03",
         153,
@@ -132,13 +142,14 @@ const TABLE: [Row; 9] = [
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Fault; 9] = [
+    pub const ALL: [Fault; 10] = [
         Fault::Ce0,
         Fault::Eer,
         Fault::Lu,
         Fault::Ou,
         Fault::Nmax,
         Fault::Oc2,
+        Fault::Oh4,
         Fault::P03,
         Fault::P14,
         Fault::Sd2,
@@ -204,9 +215,10 @@ mod tests {
 
     #[test]
     fn numbers_follow_the_lecom_rule() {
-        // Source: 9300 fact sheet, section 4.9: LU 1030, OU 1020, P03 153 / 2153.
+        // Source: 9300 fact sheet, section 4.9: LU 1030, OU 1020, P03 153 / 2153, OH4 2054.
         assert_eq!(Fault::Lu.lecom_number(Fault::Lu.reaction()), 1030);
         assert_eq!(Fault::Ou.lecom_number(Fault::Ou.reaction()), 1020);
+        assert_eq!(Fault::Oh4.lecom_number(Fault::Oh4.reaction()), 2054);
         assert_eq!(Fault::P03.lecom_number(Reaction::Trip), 153);
         assert_eq!(Fault::P03.lecom_number(Reaction::Warning), 2153);
     }

@@ -1,0 +1,534 @@
+//! The program as a person or a script meets it: exit codes, sentences, tables, JSON, files.
+
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use serde_json::Value;
+
+fn film_feed(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_film-feed"))
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .expect("the program starts")
+}
+
+fn text(octets: &[u8]) -> &str {
+    std::str::from_utf8(octets).expect("the program writes UTF-8")
+}
+
+/// A directory of its own for each test, gone with it.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new() -> Self {
+        static NUMBER: AtomicUsize = AtomicUsize::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("film-feed-cli-{}-{number}", std::process::id()));
+        std::fs::create_dir(&path).expect("a scratch directory can be made");
+        Scratch(path)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).to_str().expect("a scratch path is text").to_string()
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(&self.0).expect("the scratch directory is there");
+        let mut names: Vec<String> = entries
+            .map(|entry| {
+                entry
+                    .expect("it can be read")
+                    .file_name()
+                    .to_string_lossy()
+                    .into_owned()
+            })
+            .collect();
+        names.sort_unstable();
+        names
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // Best effort.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Keys of the object that begins at the first brace of `json`, in the order of the text, without those of inner objects.
+fn keys(json: &str) -> Vec<&str> {
+    let mut keys = Vec::new();
+    let (mut depth, mut rest) = (0, json);
+    while let Some(at) = rest.find(['{', '}', '[', ']', '"']) {
+        let (mark, after) = (rest.as_bytes()[at], &rest[at + 1..]);
+        rest = after;
+        match mark {
+            b'{' | b'[' => depth += 1,
+            b'}' | b']' => {
+                depth -= 1;
+                if depth == 0 {
+                    break;
+                }
+            }
+            _ => {
+                // No key and no text of this program holds an escaped quotation mark.
+                let end = after.find('"').expect("a string ends");
+                rest = &after[end + 1..];
+                if depth == 1 && rest.starts_with(':') {
+                    keys.push(&after[..end]);
+                }
+            }
+        }
+    }
+    keys
+}
+
+fn json(output: &Output) -> Value {
+    let told = text(&output.stdout);
+    assert_eq!(told.lines().count(), 1, "one object, one line: {told}");
+    serde_json::from_str(told).unwrap_or_else(|error| panic!("{error}: {told}"))
+}
+
+/// The keys of the contract, in its order.
+const REPORT_KEYS: [&str; 6] = ["feeds", "bus", "simulated_s", "wall_s", "speedup", "ok"];
+const BUS_KEYS: [&str; 5] = ["baud", "cycle_us", "telegrams", "retries", "rejected"];
+const FEED_KEYS: [&str; 15] = [
+    "n",
+    "mode",
+    "commanded_mm",
+    "film_mm",
+    "error_mm",
+    "pos_act_mm",
+    "set_point_s",
+    "in_position_s",
+    "job_s",
+    "finished",
+    "peak_rpm",
+    "peak_torque_nm",
+    "rms_current_a",
+    "max_following_error_mm",
+    "reversed",
+];
+
+#[test]
+fn without_arguments_twenty_of_twenty_feeds_land_in_two_tables_and_a_summary() {
+    let output = film_feed(&[]);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(text(&output.stderr), "");
+    let told = text(&output.stdout);
+    assert!(
+        told.contains("Feeds by length\n") && told.contains("Feeds to the print mark\n"),
+        "{told}"
+    );
+    assert!(
+        told.contains("20 of 20 feeds within ±0.01 mm, 20 finished, 0 reversed"),
+        "{told}"
+    );
+    assert!(told.trim_end().ends_with(": ok"), "{told}");
+    // A row per feed, numbered 1 to 20.
+    let numbers: Vec<u32> = told
+        .lines()
+        .filter_map(|line| line.split_whitespace().next()?.parse().ok())
+        .filter(|n| (1..=20).contains(n))
+        .collect();
+    assert!((1..=20).all(|n| numbers.contains(&n)), "{told}");
+}
+
+#[test]
+fn without_arguments_it_is_run_with_its_defaults() {
+    // The last line tells how long it took outside.
+    let strip = |output: Output| {
+        let told = text(&output.stdout).trim_end().to_string();
+        told.rsplit_once('\n').expect("there are lines").0.to_string()
+    };
+    let bare = strip(film_feed(&[]));
+    assert_eq!(bare, strip(film_feed(&["run"])));
+    #[rustfmt::skip]
+    let spelled_out = [
+        "run", "--series", "both", "--feeds", "10", "--length", "1200", "--speed", "100", "--accel", "100",
+        "--mark-speed", "20", "--repeat", "1200", "--mark-tolerance", "50", "--seed", "1", "--baud", "12000000",
+        "--plc-cycle", "5", "--bit-error-rate", "0", "--address", "3",
+    ];
+    assert_eq!(bare, strip(film_feed(&spelled_out)));
+}
+
+#[test]
+fn json_is_one_object_with_the_keys_of_the_contract_in_their_order() {
+    let output = film_feed(&["--json"]);
+    assert_eq!(output.status.code(), Some(0));
+    let told = text(&output.stdout);
+    let known = |wanted: &[&str], got: Vec<&str>| -> Vec<String> {
+        let kept = got.into_iter().filter(|key| wanted.contains(key));
+        kept.map(str::to_string).collect()
+    };
+    assert_eq!(known(&REPORT_KEYS, keys(told)), REPORT_KEYS);
+    let bus = &told[told.find("\"bus\":").expect("the bus is told") + 6..];
+    assert_eq!(known(&BUS_KEYS, keys(bus)), BUS_KEYS);
+    // Feeds have these keys and no other.
+    for feed in told.split("{\"n\":").skip(1) {
+        assert_eq!(keys(&format!("{{\"n\":{feed}")), FEED_KEYS);
+    }
+
+    let report = json(&output);
+    assert_eq!(report["ok"], true);
+    let feeds = report["feeds"].as_array().expect("a list");
+    assert_eq!(feeds.len(), 20);
+    for (feed, n) in feeds.iter().zip(1_u64..) {
+        assert_eq!(feed["n"], n);
+        assert_eq!(feed["mode"], if n <= 10 { "length" } else { "mark" });
+        assert_eq!(feed["finished"], true);
+        assert_eq!(feed["reversed"], false);
+        let number = |key: &str| {
+            feed[key]
+                .as_f64()
+                .unwrap_or_else(|| panic!("{key} of feed {n} is no number"))
+        };
+        assert!(number("error_mm").abs() <= 0.01);
+        assert!((number("film_mm") - number("commanded_mm") - number("error_mm")).abs() < 1e-9);
+        if n <= 10 {
+            // Film-feed specification, section 9.
+            assert_eq!(number("commanded_mm"), 1200.0);
+            assert_eq!(number("set_point_s"), 1.5);
+        }
+        assert!(number("job_s") > number("set_point_s") && number("job_s") >= number("in_position_s"));
+    }
+    assert_eq!(report["bus"]["baud"], 12_000_000);
+    assert_eq!(report["bus"]["retries"], 0);
+    assert_eq!(report["bus"]["rejected"], 0);
+    let speedup = report["simulated_s"].as_f64().unwrap() / report["wall_s"].as_f64().unwrap();
+    assert!((report["speedup"].as_f64().unwrap() / speedup - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn series_feeds_and_print_marks_choose_what_is_run() {
+    for (arguments, modes) in [
+        (&["--series", "length", "--feeds", "2"][..], &["length", "length"][..]),
+        (&["--series", "mark", "--feeds", "1"], &["mark"]),
+        (&["--print-marks", "--feeds", "2"], &["mark", "mark"]),
+        (&["--feeds", "1"], &["length", "mark"]),
+    ] {
+        let output = film_feed(&[arguments, &["--json"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+        let report = json(&output);
+        let run: Vec<&str> = report["feeds"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter_map(|feed| feed["mode"].as_str())
+            .collect();
+        assert_eq!(run, modes, "{arguments:?}");
+    }
+}
+
+#[test]
+fn values_reach_the_machine() {
+    let output = film_feed(&[
+        "--series", "length", "--feeds", "1", "--length", "600.5", "--speed", "50", "--accel", "25", "--json",
+    ]);
+    let report = json(&output);
+    let feed = &report["feeds"][0];
+    assert_eq!(feed["commanded_mm"], 600.5);
+    // s/v + v/a = 600.5/600 + 600/600, ended by the next millisecond.
+    assert_eq!(feed["set_point_s"], 2.001);
+}
+
+#[test]
+fn bad_input_gets_one_sentence_with_the_range_and_nothing_else() {
+    let there_is_no = "/nonexistent-directory/x";
+    #[rustfmt::skip]
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["--no-such-option"], &["--no-such-option"]),
+        (&["run", "--no-such-option"], &["--no-such-option"]),
+        (&["no-such-command"], &["no-such-command"]),
+        (&["--length", "199.9"], &["199.9", "200.0…2000.0 mm"]),
+        (&["--length", "2000.1"], &["2000.1", "200.0…2000.0 mm"]),
+        (&["--length", "1200.05"], &["1200.05", "steps of 0.1"]),
+        (&["--length", "NaN"], &["200.0…2000.0 mm"]),
+        (&["--length"], &["--length"]),
+        (&["--speed", "9.99"], &["10.00…100.00 %"]),
+        (&["--accel", "100.01"], &["10.00…100.00 %"]),
+        (&["--speed", "50", "--mark-speed", "60"], &["60.00 %", "50.00 %"]),
+        (&["--mark-tolerance", "50.1"], &["0.0…50.0 mm"]),
+        (&["--repeat", "100"], &["200.0…2000.0 mm"]),
+        (&["--baud", "115200"], &["9600", "45450", "12000000"]),
+        (&["--plc-cycle", "0"], &["1.0…100.0 ms"]),
+        (&["--bit-error-rate", "1"], &["0…0.001"]),
+        (&["--feeds", "0"], &["1..=1000000"]),
+        (&["--feeds", "many"], &["many"]),
+        (&["--address", "126"], &["0..=125"]),
+        (&["--series", "all"], &["both", "length", "mark"]),
+        (&["--series", "length", "--print-marks"], &["--print-marks"]),
+        (&["--port", there_is_no], &[there_is_no]),
+        (&["--port", "/"], &["/"]),
+        (&["--trace", "/nonexistent-directory/x.csv"], &["/nonexistent-directory/x.csv", "cannot be written"]),
+        (&["--plot", "/nonexistent-directory/x.svg"], &["/nonexistent-directory/x.svg", "cannot be written"]),
+        (&["--trace", "/"], &["/", "directory"]),
+        (&["replay", "--input", there_is_no], &[there_is_no]),
+        (&["replay", "--no-such-option"], &["--no-such-option"]),
+    ];
+    for (arguments, named) in cases {
+        let output = film_feed(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(output.stdout.is_empty(), "{arguments:?}: {}", text(&output.stdout));
+        assert_one_sentence(text(&output.stderr), named, arguments);
+    }
+}
+
+fn assert_one_sentence(told: &str, named: &[&str], arguments: &[&str]) {
+    assert_eq!(told.lines().count(), 1, "{arguments:?}: {told}");
+    assert!(
+        told.starts_with("film-feed: ") && told.ends_with('\n'),
+        "{arguments:?}: {told}"
+    );
+    for part in named {
+        assert!(told.contains(part), "{arguments:?}: {part} is not named: {told}");
+    }
+    // What the option parser would add belongs to --help.
+    assert!(
+        !told.contains("Usage:") && !told.contains("error:"),
+        "{arguments:?}: {told}"
+    );
+}
+
+#[test]
+fn bad_input_leaves_no_file() {
+    let scratch = Scratch::new();
+    let (trace, plot) = (scratch.path("x.csv"), scratch.path("x.svg"));
+    for wrong in [
+        &["--length", "3000"][..],
+        &["--speed", "20", "--mark-speed", "30"],
+        &["--plot", "/nonexistent-directory/x.svg"],
+    ] {
+        let mut arguments = vec!["--trace", trace.as_str()];
+        if !wrong.contains(&"--plot") {
+            arguments.extend(["--plot", plot.as_str()]);
+        }
+        arguments.extend(wrong);
+        assert_eq!(film_feed(&arguments).status.code(), Some(2), "{arguments:?}");
+        assert_eq!(scratch.names(), [""; 0], "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_file_that_was_there_survives_bad_input() {
+    let scratch = Scratch::new();
+    let trace = scratch.path("x.csv");
+    std::fs::write(&trace, "from yesterday").unwrap();
+    let arguments = ["--trace", trace.as_str(), "--plot", "/nonexistent-directory/x.svg"];
+    assert_eq!(film_feed(&arguments).status.code(), Some(2));
+    assert_eq!(std::fs::read_to_string(&trace).unwrap(), "from yesterday");
+    assert_eq!(scratch.names(), ["x.csv"]);
+}
+
+/// `film-feed replay` with these lines on its standard input.
+fn replay(lines: &str) -> Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_film-feed"))
+        .arg("replay")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    child
+        .stdin
+        .take()
+        .expect("its input is piped")
+        .write_all(lines.as_bytes())
+        .expect("it reads");
+    child.wait_with_output().expect("it ends")
+}
+
+#[test]
+fn a_broken_line_is_named_by_its_number_and_nothing_is_answered() {
+    let good = r#"{"c":1,"i":[null,null,null,null,null,null,null,null,null,null,null,null],"pi":"0000000000000000","qi":"0000000000000000"}"#;
+    let whole = replay(&format!("{good}\n"));
+    assert_eq!(whole.status.code(), Some(0));
+    assert_eq!(text(&whole.stdout).lines().count(), 1);
+
+    for (third, named) in [
+        ("nonsense", "line 3"),
+        ("{\"c\":3}", "\"i\" is missing"),
+        ("[]", "line 3"),
+    ] {
+        let output = replay(&format!("{good}\n{good}\n{third}\n{good}\n"));
+        assert_eq!(output.status.code(), Some(2), "{third}");
+        assert!(output.stdout.is_empty(), "{third}");
+        assert_one_sentence(text(&output.stderr), &["line 3", named], &[third]);
+    }
+}
+
+#[test]
+fn a_trace_has_its_named_columns_and_a_row_per_millisecond() {
+    let scratch = Scratch::new();
+    let (trace, plot) = (scratch.path("feed.csv"), scratch.path("feed.svg"));
+    let output = film_feed(&["--feeds", "1", "--json", "--trace", &trace, "--plot", &plot]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert_eq!(scratch.names(), ["feed.csv", "feed.svg"], "no provisional file is left");
+
+    let csv = std::fs::read_to_string(&trace).unwrap();
+    let mut lines = csv.lines();
+    let columns = "time_s,feed,record,pos_setp_mm,pos_act_mm,film_mm,pos_nout_rpm,mctrl_nact_rpm,torque_nm,\
+                   current_a_rms,dc_link_v,control_word,status_word";
+    assert_eq!(lines.next(), Some(columns));
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert!(rows.iter().all(|row| row.len() == 13));
+    let ms = |row: &[&str]| (row[0].parse::<f64>().unwrap() * 1000.0).round() as u64;
+    assert!(rows.windows(2).all(|pair| ms(&pair[1]) == ms(&pair[0]) + 1));
+    let report = json(&output);
+    let simulated_ms = (report["simulated_s"].as_f64().unwrap() * 1000.0).round() as u64;
+    assert_eq!(rows.len() as u64, simulated_ms);
+    // Fact sheet, section 11: 1200 mm/s is 2814.53 1/min; record 02 by length, 03 and 04 to the mark.
+    let fastest = rows
+        .iter()
+        .map(|row| row[6].parse::<f64>().unwrap())
+        .fold(0.0, f64::max);
+    assert!((fastest - 2814.529).abs() < 0.01, "{fastest}");
+    for (feed, records) in [("1", vec!["2"]), ("2", vec!["3", "4"])] {
+        let mut seen: Vec<&str> = rows.iter().filter(|row| row[1] == feed).map(|row| row[2]).collect();
+        seen.dedup();
+        // Until its start is taken, a feed still shows the record of the one before.
+        assert!(seen.ends_with(&records), "feed {feed}: {seen:?}");
+    }
+    // Enabled and running: 0x4237 with set-value not reached (fact sheet, section 2.2; bit 14 RUNNING).
+    assert!(
+        rows.iter().any(|row| row[12] == "0x4237"),
+        "no row shows a running drive"
+    );
+
+    let svg = std::fs::read_to_string(&plot).unwrap();
+    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+    for label in [
+        "Feed 1 by length: interpolator speed and motor speed",
+        "time in s",
+        "motor speed in 1/min",
+        "interpolator speed (POS-NOUT)",
+        "motor speed (MCTRL-NACT)",
+    ] {
+        assert!(svg.contains(label), "{label}");
+    }
+}
+
+#[test]
+fn a_trace_replaces_the_one_of_an_earlier_run() {
+    let scratch = Scratch::new();
+    let trace = scratch.path("x.csv");
+    std::fs::write(&trace, "from yesterday").unwrap();
+    let output = film_feed(&["--series", "length", "--feeds", "1", "--trace", &trace]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(std::fs::read_to_string(&trace).unwrap().starts_with("time_s,"));
+}
+
+#[test]
+fn with_bit_errors_the_feeds_land_and_the_retries_are_counted() {
+    let output = film_feed(&["--bit-error-rate", "1e-5", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
+    let report = json(&output);
+    assert_eq!(report["ok"], true);
+    // Two telegrams of 25 characters of 11 bits an exchange: of about 40 000 exchanges one in 180 is hit.
+    assert!(report["bus"]["retries"].as_u64().unwrap() > 10, "{}", report["bus"]);
+    assert!(report["bus"]["rejected"].as_u64().unwrap() > 10, "{}", report["bus"]);
+}
+
+/// The report without what the outside world adds.
+fn inside(told: &str) -> String {
+    let from = told.find("\"wall_s\":").expect("wall_s is told");
+    let to = told.find("\"ok\":").expect("ok is told");
+    format!("{}{}", &told[..from], &told[to..])
+}
+
+#[test]
+fn the_same_seed_gives_the_same_octets_and_another_seed_others() {
+    let run = |seed: &str, trace: &Path| {
+        let path = trace.to_str().unwrap();
+        let output = film_feed(&[
+            "--feeds",
+            "2",
+            "--bit-error-rate",
+            "1e-5",
+            "--seed",
+            seed,
+            "--json",
+            "--trace",
+            path,
+        ]);
+        assert_eq!(output.status.code(), Some(0));
+        (inside(text(&output.stdout)), std::fs::read(trace).unwrap())
+    };
+    let scratch = Scratch::new();
+    let first = run("7", &scratch.0.join("a.csv"));
+    let second = run("7", &scratch.0.join("b.csv"));
+    assert_eq!(first.0, second.0);
+    assert!(first.1 == second.1, "the traces differ");
+    let other = run("8", &scratch.0.join("c.csv"));
+    assert_ne!(first.0, other.0);
+}
+
+#[test]
+fn a_feed_that_turns_round_lands_and_is_told() {
+    // Fact sheet, section 4.2: above 40.8 % the 50 mm behind the mark are too short to brake.
+    let output = film_feed(&["--print-marks", "--feeds", "1", "--mark-speed", "60", "--json"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(json(&output)["feeds"][0]["reversed"], true);
+}
+
+#[test]
+fn a_reader_that_closes_the_pipe_early_meets_no_panic() {
+    for arguments in [&["--feeds", "1"][..], &["--feeds", "1", "--json"]] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_film-feed"))
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        drop(child.stdout.take());
+        let mut told = String::new();
+        child
+            .stderr
+            .take()
+            .expect("it is piped")
+            .read_to_string(&mut told)
+            .unwrap();
+        assert_eq!(told, "", "{arguments:?}");
+        assert_eq!(child.wait().unwrap().code(), Some(0), "the feeds landed all the same");
+    }
+}
+
+#[test]
+fn help_and_version_are_no_mistakes() {
+    for arguments in [
+        &["--help"][..],
+        &["run", "--help"],
+        &["replay", "--help"],
+        &["--version"],
+    ] {
+        let output = film_feed(arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+        assert!(!output.stdout.is_empty() && output.stderr.is_empty(), "{arguments:?}");
+    }
+    let help = film_feed(&["run", "--help"]);
+    for option in [
+        "--series",
+        "--feeds",
+        "--length",
+        "--speed",
+        "--accel",
+        "--print-marks",
+        "--mark-speed",
+        "--repeat",
+        "--mark-tolerance",
+        "--seed",
+        "--baud",
+        "--plc-cycle",
+        "--bit-error-rate",
+        "--json",
+        "--trace",
+        "--plot",
+        "--port",
+        "--address",
+    ] {
+        assert!(text(&help.stdout).contains(option), "{option} is not explained");
+    }
+}
