@@ -71,7 +71,7 @@ impl Default for RigConfig {
 
 /// The chain. Call [`cycle`](Self::cycle) for one PLC cycle after the other; between the calls every part is open to
 /// be looked at and disturbed.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Rig {
     now: Instant,
     line: VirtualBus,
@@ -91,6 +91,8 @@ pub struct Rig {
     plc_cycle: Duration,
     next_plc: Instant,
     next_tick: Instant,
+    /// Before this moment line and stations have nothing to do; `None`: never again by themselves.
+    line_due: Option<Instant>,
     ticks: u64,
 }
 
@@ -178,6 +180,7 @@ impl Rig {
             plc_cycle: Duration::from_nanos(config.plc_cycle_ns),
             next_plc: now + Duration::from_nanos(config.plc_cycle_ns),
             next_tick: now + Duration::from_nanos(TICK_NS),
+            line_due: Some(now),
             ticks: 0,
         })
     }
@@ -237,13 +240,17 @@ impl Rig {
         false
     }
 
+    /// What PLC and drive hand over in between waits for the next exchange: it makes no station speak before its time.
     fn pump_line(&mut self, now: Instant) {
+        self.now = now;
+        if self.line_due.is_none_or(|due| due > now) {
+            return;
+        }
         let mut stations: [(PortId, &mut dyn Station); 2] = [
             (self.master_port, &mut self.master),
             (self.module_port, &mut self.module),
         ];
-        pump(&mut self.line, now, &mut stations);
-        self.now = now;
+        self.line_due = pump(&mut self.line, now, &mut stations);
     }
 
     fn drive_tick(&mut self, observer: &mut impl TickObserver) {
@@ -311,6 +318,7 @@ impl Rig {
 
     /// The line, to disturb it and to ask for violations of its rules.
     pub fn line_mut(&mut self) -> &mut VirtualBus {
+        self.line_due = Some(self.now);
         &mut self.line
     }
 
@@ -348,6 +356,7 @@ impl Rig {
 
     /// The master, to change its mode.
     pub fn master_mut(&mut self) -> &mut DpMaster<1> {
+        self.line_due = Some(self.now);
         &mut self.master
     }
 }

@@ -17,72 +17,130 @@ use crate::time::Instant;
 /// In debug builds, when a station names a timeout that is not later than the one just handled, which would never end. Other builds leave
 /// the call at that point.
 pub fn pump(bus: &mut VirtualBus, now: Instant, stations: &mut [(PortId, &mut dyn Station)]) -> Option<Instant> {
-    let mut buf = bus.scratch.take().unwrap_or_else(|| Box::new([0; MAX_TELEGRAM]));
-    let wakeup = run(bus, now, stations, &mut buf);
-    bus.scratch = Some(buf);
+    let mut scratch = bus.scratch.take().unwrap_or_default();
+    let wakeup = Pump {
+        bus,
+        stations,
+        scratch: &mut scratch,
+    }
+    .run(now);
+    bus.scratch = Some(scratch);
     wakeup
 }
 
 /// When the line or a station has something to do next.
 #[must_use]
 pub fn next_wakeup(bus: &VirtualBus, stations: &[(PortId, &mut dyn Station)]) -> Option<Instant> {
-    bus.poll_timeout().into_iter().chain(earliest_timeout(stations)).min()
+    let timeouts = stations.iter().filter_map(|(_, station)| station.poll_timeout());
+    bus.poll_timeout().into_iter().chain(timeouts).min()
 }
 
-#[inline]
-fn earliest_timeout(stations: &[(PortId, &mut dyn Station)]) -> Option<Instant> {
-    stations.iter().filter_map(|(_, station)| station.poll_timeout()).min()
+/// What a [`pump`] writes to; the line keeps it between two calls, so that nothing is allocated or cleared.
+#[derive(Clone, Debug)]
+pub(super) struct Scratch {
+    telegram: [u8; MAX_TELEGRAM],
+    /// When each station must be called next, in the order of the slice; [`NEVER`] for not at all. A station changes
+    /// its mind only when it is called, so it is asked only then.
+    timeouts: Vec<Instant>,
 }
 
-/// Tells the stations what the line has for them up to `at`.
-#[inline]
-fn deliver(
-    bus: &mut VirtualBus,
-    at: Instant,
-    stations: &mut [(PortId, &mut dyn Station)],
-    buf: &mut [u8; MAX_TELEGRAM],
-) {
-    while let Some(event) = bus.poll(at) {
-        let (at, port) = (event.at(), event.port());
-        let Some(station) = find(stations, port) else {
-            continue;
-        };
-        match event {
-            BusEvent::Sent { .. } => station.handle_sent(at),
-            BusEvent::Octets { octets, .. } => station.handle_octets(at, octets),
-            BusEvent::LineError { error, .. } => station.handle_line_error(at, error),
+impl Default for Scratch {
+    fn default() -> Self {
+        Self {
+            telegram: [0; MAX_TELEGRAM],
+            timeouts: Vec::new(),
         }
-        send(bus, at, port, station, buf);
     }
 }
 
-#[inline]
-fn run(
-    bus: &mut VirtualBus,
-    now: Instant,
-    stations: &mut [(PortId, &mut dyn Station)],
-    buf: &mut [u8; MAX_TELEGRAM],
-) -> Option<Instant> {
-    let quiet_until = loop {
-        let (line, timer) = (bus.poll_timeout(), earliest_timeout(stations));
-        match (line, timer) {
-            (Some(at), timer) if at <= now && timer.is_none_or(|timer| at <= timer) => {
-                deliver(bus, at, stations, buf);
+/// No moment that anything could be due at: 584 years.
+pub(super) const NEVER: Instant = Instant::MAX;
+
+struct Pump<'a, 's> {
+    bus: &'a mut VirtualBus,
+    stations: &'a mut [(PortId, &'s mut dyn Station)],
+    scratch: &'a mut Scratch,
+}
+
+impl Pump<'_, '_> {
+    fn run(&mut self, now: Instant) -> Option<Instant> {
+        let timeouts = self.stations.iter().map(|(_, station)| timeout_of(*station));
+        self.scratch.timeouts.clear();
+        self.scratch.timeouts.extend(timeouts);
+        loop {
+            let (line, timer) = (self.bus.due(), self.earliest_timeout());
+            if line.min(timer) > now {
+                break;
             }
-            (_, Some(at)) if at <= now => {
-                if expire(bus, at, stations, buf) == Progress::Stuck {
-                    debug_assert!(false, "a timeout was not later than the one handled at {at}");
-                    return Some(at);
-                }
+            if line <= timer {
+                self.deliver(line);
+            } else if self.expire(timer) == Progress::Stuck {
+                debug_assert!(false, "a timeout was not later than the one handled at {timer}");
+                return Some(timer);
             }
-            _ => break line.into_iter().chain(timer).min(),
         }
-    };
-    let mut sent = false;
-    for (port, station) in stations.iter_mut() {
-        sent |= send(bus, now, *port, *station, buf);
+        for place in 0..self.stations.len() {
+            self.follow_up(now, place);
+        }
+        let next = self.bus.due().min(self.earliest_timeout());
+        (next != NEVER).then_some(next)
     }
-    if sent { next_wakeup(bus, stations) } else { quiet_until }
+
+    #[inline]
+    fn earliest_timeout(&self) -> Instant {
+        self.scratch.timeouts.iter().copied().fold(NEVER, Instant::min)
+    }
+
+    /// Tells the stations what the line has for them up to `at`.
+    fn deliver(&mut self, at: Instant) {
+        while let Some(event) = self.bus.poll(at) {
+            let (at, port) = (event.at(), event.port());
+            let Some(place) = find(self.stations, port) else {
+                continue;
+            };
+            let (_, station) = &mut self.stations[place];
+            match event {
+                BusEvent::Sent { .. } => station.handle_sent(at),
+                BusEvent::Octets { octets, .. } => station.handle_octets(at, octets),
+                BusEvent::LineError { error, .. } => station.handle_line_error(at, error),
+            }
+            self.follow_up(at, place);
+        }
+    }
+
+    /// Calls the stations whose timeout is due at `at`.
+    fn expire(&mut self, at: Instant) -> Progress {
+        for place in 0..self.stations.len() {
+            if self.scratch.timeouts[place] > at {
+                continue;
+            }
+            self.stations[place].1.handle_timeout(at);
+            self.follow_up(at, place);
+            if self.scratch.timeouts[place] <= at {
+                return Progress::Stuck;
+            }
+        }
+        Progress::Made
+    }
+
+    /// After every input: the station may send, if it is not sending already, and names its next timeout.
+    #[inline]
+    fn follow_up(&mut self, at: Instant, place: usize) {
+        let (port, station) = &mut self.stations[place];
+        let Scratch { telegram, timeouts } = &mut *self.scratch;
+        if !self.bus.is_sending(*port)
+            && let Some(octets) = station
+                .poll_transmit(at, telegram)
+                .and_then(|length| telegram.get(..length))
+        {
+            self.bus.transmit(at, *port, octets);
+        }
+        timeouts[place] = timeout_of(*station);
+    }
+}
+
+fn timeout_of(station: &dyn Station) -> Instant {
+    station.poll_timeout().unwrap_or(NEVER)
 }
 
 /// Whether time goes on for all stations.
@@ -92,54 +150,10 @@ enum Progress {
     Stuck,
 }
 
-/// Calls the stations whose timeout is due at `at`.
-#[inline]
-fn expire(
-    bus: &mut VirtualBus,
-    at: Instant,
-    stations: &mut [(PortId, &mut dyn Station)],
-    buf: &mut [u8; MAX_TELEGRAM],
-) -> Progress {
-    for (port, station) in stations.iter_mut() {
-        if station.poll_timeout().is_none_or(|timeout| timeout > at) {
-            continue;
-        }
-        station.handle_timeout(at);
-        send(bus, at, *port, *station, buf);
-        if station.poll_timeout().is_some_and(|timeout| timeout <= at) {
-            return Progress::Stuck;
-        }
+/// The place of the station on a port; it is usually the number of the port.
+fn find(stations: &[(PortId, &mut dyn Station)], port: PortId) -> Option<usize> {
+    match stations.get(port.index()) {
+        Some((here, _)) if *here == port => Some(port.index()),
+        _ => stations.iter().position(|(here, _)| *here == port),
     }
-    Progress::Made
-}
-
-/// The station on a port; its place in the slice is usually the number of the port.
-#[inline]
-fn find<'a>(stations: &'a mut [(PortId, &mut dyn Station)], port: PortId) -> Option<&'a mut dyn Station> {
-    let place = match stations.get(port.index()) {
-        Some((here, _)) if *here == port => port.index(),
-        _ => stations.iter().position(|(here, _)| *here == port)?,
-    };
-    stations
-        .get_mut(place)
-        .map(|(_, station)| &mut **station as &mut dyn Station)
-}
-
-/// Lets a station send, if it is not sending already; whether it did.
-#[inline]
-fn send(
-    bus: &mut VirtualBus,
-    at: Instant,
-    port: PortId,
-    station: &mut dyn Station,
-    buf: &mut [u8; MAX_TELEGRAM],
-) -> bool {
-    if bus.is_sending(port) {
-        return false;
-    }
-    let Some(octets) = station.poll_transmit(at, buf).and_then(|length| buf.get(..length)) else {
-        return false;
-    };
-    bus.transmit(at, port, octets);
-    !octets.is_empty()
 }

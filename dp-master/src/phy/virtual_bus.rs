@@ -3,7 +3,8 @@
 use super::fault::{Disturbance, Script, received};
 use super::police::Police;
 pub use super::police::{Rule, Violation};
-use crate::station::{LineError, MAX_TELEGRAM};
+use super::segment::{NEVER, Scratch};
+use crate::station::LineError;
 use crate::time::{Baud, Instant};
 
 /// A place where a station is connected to a line.
@@ -115,15 +116,26 @@ pub struct VirtualBus {
     /// Transmissions on the line in the order of their start; those from index `active` on are kept for their buffers.
     bursts: Vec<Burst>,
     active: usize,
-    /// When the earliest run of these is due.
-    due: Option<Instant>,
+    due: Due,
     number: u64,
     disturbance: Option<Disturbance>,
     scripts: Vec<Script>,
     statistics: Statistics,
     police: Police,
-    /// Where the pump lets stations write; kept here so that it need not be cleared at every call.
-    pub(super) scratch: Option<Box<[u8; MAX_TELEGRAM]>>,
+    pub(super) scratch: Option<Box<Scratch>>,
+}
+
+/// The earliest run of the transmissions on the line.
+#[derive(Clone, Copy, Debug)]
+struct Due {
+    /// When; [`NEVER`] without a transmission.
+    at: Instant,
+    /// Of which transmission: the one that began first when several are due.
+    burst: usize,
+}
+
+impl Due {
+    const NOTHING: Self = Self { at: NEVER, burst: 0 };
 }
 
 #[derive(Clone, Debug)]
@@ -131,6 +143,8 @@ struct Port {
     connection: Connection,
     /// When its last transmission began and ended.
     sending: (Instant, Instant),
+    /// Transmissions whose end it was not told yet.
+    under_way: usize,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -180,7 +194,7 @@ impl VirtualBus {
             ports: Vec::new(),
             bursts: Vec::new(),
             active: 0,
-            due: None,
+            due: Due::NOTHING,
             number: 0,
             disturbance: None,
             scripts: Vec::new(),
@@ -201,6 +215,7 @@ impl VirtualBus {
         self.ports.push(Port {
             connection: Connection::Connected,
             sending: (Instant::ZERO, Instant::ZERO),
+            under_way: 0,
         });
         PortId(self.ports.len() - 1)
     }
@@ -261,9 +276,7 @@ impl VirtualBus {
     #[inline]
     #[must_use]
     pub fn is_sending(&self, port: PortId) -> bool {
-        self.on_the_way()
-            .iter()
-            .any(|burst| burst.sender == port.0 && !burst.sent)
+        self.ports.get(port.0).is_some_and(|port| port.under_way > 0)
     }
 
     /// Puts octets on the line, the first start bit at `now`, character behind character. Returns when the last bit will have left.
@@ -288,6 +301,7 @@ impl VirtualBus {
         };
         let sender = &mut self.ports[port.0];
         sender.sending = (now, end);
+        sender.under_way += 1;
         burst.begin(port.0, now, end, octets);
         burst.on_line = sender.connection == Connection::Connected;
 
@@ -324,29 +338,38 @@ impl VirtualBus {
     /// When the next event is due.
     #[inline]
     #[must_use]
-    pub const fn poll_timeout(&self) -> Option<Instant> {
-        self.due
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        (self.due.at != NEVER).then_some(self.due.at)
+    }
+
+    /// The same as a plain moment, [`NEVER`] for none.
+    #[inline]
+    pub(super) const fn due(&self) -> Instant {
+        self.due.at
     }
 
     /// The next event that happened up to and including `now`. To be called until `None`.
     #[inline]
     pub fn poll(&mut self, now: Instant) -> Option<BusEvent<'_>> {
-        if self.due.is_none_or(|due| due > now) {
+        if self.due.at > now {
             return None;
         }
         self.next_event(now)
     }
 
+    #[inline]
     fn next_event(&mut self, now: Instant) -> Option<BusEvent<'_>> {
         let (index, run, receiver) = loop {
-            let due = self.due.filter(|due| *due <= now)?;
-            // They stand in the order of their start, so the first one that is due comes first.
-            let index = self.on_the_way().iter().position(|burst| burst.due() == Some(due))?;
+            let Due { at, burst: index } = self.due;
+            if at > now {
+                return None;
+            }
             let ports = self.ports.len();
-            let burst = &mut self.bursts[index];
+            let burst = self.bursts.get_mut(index)?;
             let run = *burst.runs.get(burst.next_run)?;
             if !burst.sent && burst.next_run + 1 == burst.runs.len() {
                 burst.sent = true;
+                self.ports[burst.sender].under_way -= 1;
                 break (index, run, None);
             }
             let (sender, first) = (burst.sender, burst.next_receiver);
@@ -398,7 +421,14 @@ impl VirtualBus {
 
     #[inline]
     fn find_due(&mut self) {
-        self.due = self.on_the_way().iter().filter_map(Burst::due).min();
+        let mut due = Due::NOTHING;
+        // They stand in the order of their start.
+        for (burst, at) in self.on_the_way().iter().map(Burst::due).enumerate() {
+            if at < due.at {
+                due = Due { at, burst };
+            }
+        }
+        self.due = due;
     }
 
     /// Whether a port can receive a run of a transmission: it is connected, and it was not sending itself during the first character.
@@ -448,10 +478,10 @@ impl Burst {
         self.runs.clear();
     }
 
-    /// When its next run is due.
+    /// When its next run is due; [`NEVER`] after the last one.
     #[inline]
-    fn due(&self) -> Option<Instant> {
-        self.runs.get(self.next_run).map(|run| run.at)
+    fn due(&self) -> Instant {
+        self.runs.get(self.next_run).map_or(NEVER, |run| run.at)
     }
 
     /// Divides the characters from `from` on into runs; none of them is due before `not_before`.

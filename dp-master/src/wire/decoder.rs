@@ -352,7 +352,9 @@ impl Decoder {
             self.synchronised = false;
             sink(Decoded::Discarded { reason, octets: lost });
         }
-        if start > 0 {
+        if start == self.len {
+            self.len = 0;
+        } else if start > 0 {
             self.partial.copy_within(start..self.len, 0);
             self.len -= start;
         }

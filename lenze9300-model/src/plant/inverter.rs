@@ -39,10 +39,16 @@ pub fn limit_to_voltage_circle(demanded: Dq, u_dc: f64) -> Realised {
             limited: false,
         }
     } else {
-        Realised {
-            voltage: demanded * (max_squared / squared).sqrt(),
-            limited: true,
-        }
+        shorten(demanded, max_squared / squared)
+    }
+}
+
+/// Out of line, so that neither division nor root is computed when the vector lies inside, which is nearly always.
+#[cold]
+fn shorten(demanded: Dq, share_squared: f64) -> Realised {
+    Realised {
+        voltage: demanded * share_squared.sqrt(),
+        limited: true,
     }
 }
 
