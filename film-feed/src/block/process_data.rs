@@ -93,7 +93,9 @@ impl ProcessDataIn {
         let increments = (u32::from(self.word(3)) << 16) | u32::from(self.word(2));
         let revolutions = real::div(real::dtr(increments as i32), real::dtr(INCREMENTS_PER_REVOLUTION));
         let travel = real::mul(revolutions, constants.feed_constant);
-        real::mul(real::div(travel, constants.gear_numerator), constants.gear_denominator)
+        let position = real::mul(real::div(travel, constants.gear_numerator), constants.gear_denominator);
+        // Before the constants were read it is 0/0.
+        real::stored(position)
     }
 }
 
