@@ -6,46 +6,12 @@
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-/// Path of a binary of the workspace, of the same profile and target directory as this test, up to date.
-fn binary(name: &str) -> PathBuf {
-    static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
-    let directory = DIRECTORY.get_or_init(|| {
-        // The test runs from target/<profile>/deps.
-        let test = std::env::current_exe().expect("a test knows its own path");
-        let profile = test
-            .parent()
-            .and_then(Path::parent)
-            .expect("target/<profile>/deps")
-            .to_path_buf();
-        let target = profile.parent().expect("target/<profile>").to_path_buf();
-        let mut build = Command::new(env!("CARGO"));
-        // What the binaries need, this test needs too: there is nothing to download.
-        build.args([
-            "build",
-            "--quiet",
-            "--offline",
-            "--bin",
-            "film-feed",
-            "--bin",
-            "lenze9300",
-        ]);
-        build.args(["--package", "film-feed", "--package", "lenze9300-model", "--target-dir"]);
-        build.arg(target);
-        if profile.ends_with("release") {
-            build.arg("--release");
-        }
-        assert!(
-            build.status().expect("cargo runs").success(),
-            "the binaries do not build"
-        );
-        profile
-    });
-    directory.join(name)
-}
+/// `film-feed` and `lenze9300`, built for this test.
+const FILM_FEED: &str = env!("CARGO_BIN_EXE_film-feed-under-test");
+const LENZE9300: &str = env!("CARGO_BIN_EXE_lenze9300-under-test");
 
 /// A process that ends with the test, however the test ends.
 struct Running(Child);
@@ -90,7 +56,7 @@ impl Running {
 
 /// `lenze9300 serve` behind a pseudo-terminal linked at `link`, ready to answer at address 3.
 fn serve(link: &Path) -> Running {
-    let mut child = Command::new(binary("lenze9300"))
+    let mut child = Command::new(LENZE9300)
         .args(["serve", "--address", "3", "--pty"])
         .arg(link)
         .stdout(Stdio::piped())
@@ -107,7 +73,7 @@ fn serve(link: &Path) -> Running {
 
 /// `film-feed run` against that link.
 fn film_feed(link: &Path, arguments: &[&str]) -> Running {
-    let child = Command::new(binary("film-feed"))
+    let child = Command::new(FILM_FEED)
         .args(["run", "--json", "--port"])
         .arg(link)
         .args(arguments)
@@ -256,7 +222,7 @@ fn a_drive_that_falls_silent_in_mid_run_ends_the_run_with_one_reason() {
 fn a_name_that_is_taken_by_a_file_is_refused_and_the_file_stays() {
     let taken = Scratch::new();
     std::fs::write(&taken.0, "mine").unwrap();
-    let output = Command::new(binary("lenze9300"))
+    let output = Command::new(LENZE9300)
         .args(["serve", "--pty"])
         .arg(&taken.0)
         .output()
@@ -292,7 +258,7 @@ fn the_drives_bad_input_gets_one_sentence_too() {
         (&["dance"], "dance"),
         (&[], "subcommand"),
     ] {
-        let output = Command::new(binary("lenze9300"))
+        let output = Command::new(LENZE9300)
             .args(arguments)
             .output()
             .expect("the drive starts");
