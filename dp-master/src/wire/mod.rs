@@ -15,10 +15,14 @@
 
 mod control;
 mod decoder;
+mod pretty;
+mod service;
 mod telegram;
 
 pub use control::{Fcb, FunctionCode, RequestFunction, ResponseFunction, StationType};
 pub use decoder::{DecodeError, Decoded, Decoder, DiscardReason, decode_one};
+pub use pretty::{Function, Hex, Pretty, StatusBits};
+pub use service::{Service, Side, sap_name};
 pub use telegram::{EncodeError, Header, MAX_DATA, MAX_SAP, Telegram};
 
 /// Start delimiter of a telegram without data.
