@@ -7,7 +7,7 @@ use crate::feed_probe::{FeedProbe, Reading};
 use crate::operator::{FeedPlan, Operator, OperatorEvent};
 use lenze9300_model::units::{INC_PER_REV, Rpm};
 
-use crate::report::{BusReport, ErrorKnown, FeedMode, FeedReport, RunReport};
+use crate::report::{BusReport, ErrorKnown, FeedMode, FeedReport, RunReport, TOLERANCE_MM};
 use crate::rig::{Rig, RigConfig, RigError, TickObserver, TickView};
 use crate::scope::Sample;
 
@@ -66,7 +66,7 @@ pub fn simulated(
                 }
                 if feed.reversed {
                     warnings.push(format!(
-                        "feed {n}: the film ran backwards and went slack; lower the mark-reading velocity or raise the acceleration"
+                        "feed {n}: the film ran backwards by more than {TOLERANCE_MM} mm; the residual path was too short to brake, or the axis swung behind its set-value"
                     ));
                 }
                 feeds.push(feed);
