@@ -55,7 +55,7 @@ mod slave_handler;
 mod slave_identity;
 mod watchdog;
 
-pub use cfg::{CfgError, Configuration, Consistency, Identifier, IoLengths, io_lengths};
+pub use cfg::{CfgError, Configuration, Consistency, Identifier, IoLengths, Place, Places, io_lengths, places};
 pub use control::{ControlCommand, GlobalControl};
 pub use diag::{
     Block, Blocks, Diagnosis, MAX_EXT_DIAG, Overflow, SLAVE_DIAG_LEN, SlaveDiagError, StandardDiag, StationStatus,

@@ -88,7 +88,7 @@ impl SlaveConfig {
     ///
     /// # Errors
     ///
-    /// [`CfgError`] when the identifiers are no configuration in the general format.
+    /// [`CfgError`] when the identifiers are no configuration.
     pub fn new(address: Address, ident: u16, identifiers: &[u8]) -> Result<Self, CfgError> {
         Ok(Self {
             address,

@@ -11,7 +11,7 @@ use crate::time::{Baud, Duration};
 /// Which identifier octets a slave accepts in Chk_Cfg.
 #[derive(Debug, Clone, Copy)]
 pub enum AcceptedConfigurations {
-    /// These, in the general identifier format.
+    /// These.
     Table(&'static [&'static [u8]]),
     /// Those for which the function gives lengths; for configurations with a rule instead of a list. Lengths above 244 count as refused.
     Rule(fn(&[u8]) -> Option<IoLengths>),
