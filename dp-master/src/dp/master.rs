@@ -1,7 +1,7 @@
 //! The DP master of class 1: one cycle over all its slaves for each token.
 //!
 //! ```text
-//! cycle: slave 0, slave 1, … slave n−1, Global_Control if there is one to send, token to itself
+//! cycle: slave 0, slave 1, … slave n−1, Global_Control if there is one to send, one telegram of an acyclic job, token
 //! ```
 //!
 //! A cycle begins no sooner than [`MasterConfig::min_cycle`] after the one before; a cycle that took longer is followed
@@ -9,14 +9,16 @@
 //!
 //! Source: IEC 61158-6-3; film-feed specification, section 2.
 
+use super::acyclic::{Count, Jobs};
 use super::control::{ControlCommand, GlobalControl};
 use super::diag::{Diagnosis, StandardDiag};
 use super::events::EventQueue;
+use super::peer_fcb::PeerFcbs;
 use super::sap;
 use super::slave_handler::{Context, LossCause, SlaveConfig, SlaveHandler, SlaveState};
 use crate::address::Address;
 use crate::fdl::{
-    Action, ActiveStation, BusParams, BusParamsError, Confirmation, Outcome, Repeat, RingEvent, TokenUser,
+    Action, ActiveStation, BusParams, BusParamsError, Confirmation, FcbCounter, Outcome, Repeat, RingEvent, TokenUser,
 };
 use crate::station::{LineError, MAX_TELEGRAM, Station};
 use crate::time::{Duration, Instant};
@@ -204,6 +206,8 @@ impl<const N: usize> DpMaster<N> {
                 stale: false,
                 control: None,
                 control_octets: [0; 2],
+                jobs: Jobs::new(config.address),
+                peers: PeerFcbs::new(),
                 cycle_started: None,
                 cycles_total: Duration::ZERO,
                 statistics: MasterStatistics::default(),
@@ -327,6 +331,11 @@ impl<const N: usize> DpMaster<N> {
         self.cyclic.events.pop()
     }
 
+    /// The acyclic jobs: services to any station, at most one telegram a cycle.
+    pub fn jobs(&mut self) -> &mut Jobs {
+        &mut self.cyclic.jobs
+    }
+
     /// Counters and measured times.
     pub fn statistics(&self) -> MasterStatistics {
         let fdl = self.fdl.statistics();
@@ -390,6 +399,10 @@ enum Step {
     Slave(usize),
     /// The Global_Control at the end, or its telegram is under way.
     Control,
+    /// One telegram of an acyclic job, or it is under way.
+    Acyclic,
+    /// Nothing but the token.
+    End,
 }
 
 #[derive(Debug, Clone)]
@@ -403,6 +416,9 @@ struct Cyclic<const N: usize> {
     stale: bool,
     control: Option<GlobalControl>,
     control_octets: [u8; 2],
+    jobs: Jobs,
+    /// Frame count bits towards the stations of the jobs that are no slaves of ours.
+    peers: PeerFcbs,
     cycle_started: Option<Instant>,
     cycles_total: Duration,
     statistics: MasterStatistics,
@@ -448,6 +464,15 @@ impl<const N: usize> Cyclic<N> {
         }
     }
 
+    /// The frame count bit of a station; a slave has one for cyclic and acyclic requests together.
+    fn fcb_mut(&mut self, peer: Address) -> &mut FcbCounter {
+        let slave = self.slaves.iter_mut().flatten().find(|slave| slave.address() == peer);
+        match slave {
+            Some(slave) => slave.fcb_mut(),
+            None => self.peers.counter(peer),
+        }
+    }
+
     /// The Global_Control waits until somebody can obey it.
     fn control_is_due(&self) -> bool {
         self.control.is_some()
@@ -489,13 +514,15 @@ impl<const N: usize> TokenUser for Cyclic<N> {
                 .find(|&place| matches!(self.slaves.get(place), Some(Some(slave)) if slave.is_due(now)));
             self.step = due.map_or(Step::Control, Step::Slave);
         }
-        if let Step::Slave(place) = self.step
-            && let Some(Some(handler)) = self.slaves.get(place)
-            && let Some(action) = handler.next_action(now, self.config.address, self.mode)
-        {
-            return action;
+        if let Step::Slave(place) = self.step {
+            return match self.slaves.get(place) {
+                Some(Some(handler)) => handler.next_action(now, self.config.address, self.mode),
+                // The place was found above.
+                _ => Action::PassToken,
+            };
         }
-        if self.control_is_due()
+        if self.step == Step::Control
+            && self.control_is_due()
             && let Some(control) = self.control
         {
             self.control_octets = control.octets();
@@ -507,6 +534,15 @@ impl<const N: usize> TokenUser for Cyclic<N> {
                 data: &self.control_octets,
                 repeat: Repeat::Never,
             };
+        }
+        if self.step != Step::End
+            && let Some(peer) = self.jobs.begin()
+        {
+            self.step = Step::Acyclic;
+            let fcb = self.fcb_mut(peer).current();
+            if let Some(action) = self.jobs.action(fcb) {
+                return action;
+            }
         }
         self.step = Step::Begin;
         Action::PassToken
@@ -536,10 +572,24 @@ impl<const N: usize> TokenUser for Cyclic<N> {
                     self.events.push(event);
                 }
             }
-            Step::Control | Step::Begin => {
+            Step::Acyclic => {
+                self.step = Step::End;
+                if let Some((peer, count)) = self.jobs.confirm(now, started, outcome) {
+                    let stale = self.stale;
+                    let fcb = self.fcb_mut(peer);
+                    match count {
+                        // Stop has reset the bit of a slave while the answer was under way.
+                        Count::Next if !stale => fcb.confirm(),
+                        Count::Keep => {}
+                        Count::Next | Count::Restart => fcb.reset(),
+                    }
+                }
+            }
+            Step::Control | Step::Begin | Step::End => {
                 if outcome == Outcome::Sent {
                     self.control = None;
                 }
+                self.step = Step::Acyclic;
             }
         }
     }
@@ -550,6 +600,7 @@ impl<const N: usize> TokenUser for Cyclic<N> {
                 self.step = Step::Begin;
                 // The silence before was no cycle.
                 self.cycle_started = None;
+                self.peers.forget();
                 self.events.push(MasterEvent::TokenClaimed);
             }
             RingEvent::ForeignMaster(address) => {

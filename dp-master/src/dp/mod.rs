@@ -43,18 +43,21 @@
 //! # fn main() {}
 //! ```
 
+mod acyclic;
 mod cfg;
 mod control;
 mod diag;
 mod events;
 mod image;
 mod master;
+mod peer_fcb;
 mod prm;
 mod slave;
 mod slave_handler;
 mod slave_identity;
 mod watchdog;
 
+pub use acyclic::{JobFailure, JobId, JobKind, JobOutcome, JobRequest, Jobs, MAX_JOBS, Poll, Priority, SubmitError};
 pub use cfg::{CfgError, Configuration, Consistency, Identifier, IoLengths, Place, Places, io_lengths, places};
 pub use control::{ControlCommand, GlobalControl};
 pub use diag::{

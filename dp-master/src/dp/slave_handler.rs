@@ -250,13 +250,18 @@ impl SlaveHandler {
         self.exchanges
     }
 
+    /// The frame count bit towards the slave.
+    pub(super) fn fcb_mut(&mut self) -> &mut FcbCounter {
+        &mut self.fcb
+    }
+
     /// Whether there is something to do in this cycle.
     pub(super) fn is_due(&self, now: Instant) -> bool {
         !matches!(self.state, SlaveState::Offline | SlaveState::Refused) || self.due <= now
     }
 
-    /// What to do in this cycle; `None` when there is nothing.
-    pub(super) fn next_action(&self, now: Instant, master: Address, mode: Mode) -> Option<Action<'_>> {
+    /// What to do in this cycle when it [is due](Self::is_due).
+    pub(super) fn next_action(&self, now: Instant, master: Address, mode: Mode) -> Action<'_> {
         let request = |sap: Option<u8>, data| {
             let fc = FunctionCode::request(self.fcb.current(), RequestFunction::SrdHigh);
             let mut header = Header::new(self.config.address, master, fc);
@@ -268,15 +273,14 @@ impl SlaveHandler {
                 SlaveState::Offline | SlaveState::Refused => Repeat::Never,
                 _ => Repeat::UpToLimit,
             };
-            Some(Action::Send { header, data, repeat })
+            Action::Send { header, data, repeat }
         };
         match self.state {
-            SlaveState::Offline | SlaveState::Refused if now < self.due => None,
             SlaveState::Offline | SlaveState::Refused | SlaveState::WaitReady => request(Some(sap::SLAVE_DIAG), &[]),
             SlaveState::WaitPrm => request(Some(sap::SET_PRM), &self.prm),
             SlaveState::WaitCfg => request(Some(sap::CHK_CFG), self.config.configuration.identifiers()),
             SlaveState::DataExchange if self.diag_due => request(Some(sap::SLAVE_DIAG), &[]),
-            SlaveState::DataExchange if now < self.due => Some(Action::WaitUntil(self.due)),
+            SlaveState::DataExchange if now < self.due => Action::WaitUntil(self.due),
             SlaveState::DataExchange => request(None, self.outputs_on_the_bus(mode)),
         }
     }
@@ -299,8 +303,13 @@ impl SlaveHandler {
                 report.event = self.lose(now, LossCause::NoAnswer, context);
                 return report;
             }
-            // Nothing was learnt; the frame count bit stays, so that a slave which did answer repeats itself.
-            Outcome::Aborted | Outcome::Sent => return report,
+            // Whether the slave has seen the request is not known, and the next one may be another (an acyclic one): only
+            // first contact is new to it in any case.
+            Outcome::Aborted => {
+                self.fcb.reset();
+                return report;
+            }
+            Outcome::Sent => return report,
             Outcome::Acknowledged | Outcome::Response { .. } => self.fcb.confirm(),
         }
         if let Outcome::Response { header, .. } = outcome

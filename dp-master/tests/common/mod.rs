@@ -89,6 +89,8 @@ pub(crate) struct Line {
     pub(crate) indices: Vec<SlaveIndex>,
     pub(crate) slaves: Vec<DpSlave>,
     pub(crate) slave_ports: Vec<PortId>,
+    /// Stations of other kinds.
+    pub(crate) others: Vec<(PortId, Box<dyn Station>)>,
     pub(crate) tap: Tap,
     tap_port: PortId,
 }
@@ -113,6 +115,7 @@ impl Line {
             indices,
             slaves: Vec::new(),
             slave_ports: Vec::new(),
+            others: Vec::new(),
             tap: Tap {
                 baud,
                 last_end: Instant::ZERO,
@@ -127,6 +130,10 @@ impl Line {
         self.slaves.push(DpSlave::new(identity).unwrap());
         self.slave_ports.push(self.bus.attach());
         self.slaves.len() - 1
+    }
+
+    pub(crate) fn add_station(&mut self, station: Box<dyn Station>) {
+        self.others.push((self.bus.attach(), station));
     }
 
     /// Power off and on, with another identity if need be.
@@ -148,6 +155,7 @@ impl Line {
             master_port,
             slaves,
             slave_ports,
+            others,
             tap,
             tap_port,
             ..
@@ -156,6 +164,7 @@ impl Line {
         for (slave, port) in slaves.iter_mut().zip(slave_ports.iter()) {
             stations.push((*port, slave));
         }
+        stations.extend(others.iter_mut().map(|(port, station)| (*port, station.as_mut() as _)));
         let at = next_wakeup(bus, &stations).unwrap_or(limit);
         *now = (*now).max(at.min(limit));
         pump(bus, *now, &mut stations);
