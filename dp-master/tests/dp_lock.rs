@@ -6,104 +6,14 @@
 
 mod common;
 
+use common::bench::{BAUD, Bench, response};
 use common::{Line, SLAVE, slave_identity};
 use dp_master::address::Address;
-use dp_master::dp::{
-    DpSlave, LeaveReason, MasterEvent, Mode, SetPrm, SlaveConfig, SlaveEvent, SlavePhase, SlaveState, sap,
-};
+use dp_master::dp::{LeaveReason, MasterEvent, Mode, SlaveConfig, SlaveEvent, SlavePhase, SlaveState, sap};
 use dp_master::station::{MAX_TELEGRAM, Station};
-use dp_master::time::{Baud, Duration, Instant};
-use dp_master::wire::{Fcb, FunctionCode, Header, RequestFunction, ResponseFunction, Telegram, decode_one};
+use dp_master::time::Duration;
+use dp_master::wire::{Fcb, RequestFunction, ResponseFunction, Telegram, decode_one};
 use proptest::prelude::*;
-
-const BAUD: Baud = Baud::B1500000;
-
-/// A slave alone, asked directly.
-struct Bench {
-    slave: DpSlave,
-    now: Instant,
-}
-
-/// A reply as octets; empty when there was none.
-type Reply = Vec<u8>;
-
-impl Bench {
-    fn new() -> Self {
-        Self {
-            slave: DpSlave::new(slave_identity(BAUD)).unwrap(),
-            now: Instant::ZERO,
-        }
-    }
-
-    /// Set_Prm and Chk_Cfg by a master.
-    fn owned_by(master: u8) -> Self {
-        let mut bench = Self::new();
-        assert_eq!(bench.set_prm(master, 0x80, Fcb::First), [0xE5]);
-        assert_eq!(bench.ask(master, Some(sap::CHK_CFG), Fcb::Low, &[0xF3]), [0xE5]);
-        assert_eq!(bench.slave.phase(), SlavePhase::DataExchange);
-        bench
-    }
-
-    fn set_prm(&mut self, master: u8, station_status: u8, fcb: Fcb) -> Reply {
-        let prm = SetPrm {
-            station_status,
-            wd_fact_1: 0,
-            wd_fact_2: 0,
-            min_tsdr: 11,
-            ident: 0x00DA,
-            group: 0,
-            user: &[],
-        };
-        let mut data = [0; 7];
-        let len = prm.encode(&mut data).unwrap();
-        self.ask(master, Some(sap::SET_PRM), fcb, &data[..len])
-    }
-
-    fn ask(&mut self, master: u8, dsap: Option<u8>, fcb: Fcb, data: &[u8]) -> Reply {
-        self.ask_as(master, dsap, fcb, RequestFunction::SrdHigh, data)
-    }
-
-    fn ask_as(&mut self, master: u8, dsap: Option<u8>, fcb: Fcb, function: RequestFunction, data: &[u8]) -> Reply {
-        let master = Address::new(master).unwrap();
-        let mut header = Header::new(SLAVE, master, FunctionCode::request(fcb, function));
-        if let Some(dsap) = dsap {
-            header = header.with_saps(dsap, sap::MASTER);
-        }
-        let mut buf = [0; MAX_TELEGRAM];
-        let len = Telegram::Data { header, data }.encode(&mut buf).unwrap();
-        self.hear(&buf[..len])
-    }
-
-    fn hear(&mut self, octets: &[u8]) -> Reply {
-        // Tsyn and the characters.
-        self.now += Duration::from_micros(100) + BAUD.characters(octets.len());
-        self.slave.handle_octets(self.now, octets);
-        let mut buf = [0; MAX_TELEGRAM];
-        assert_eq!(self.slave.poll_transmit(self.now, &mut buf), None, "min Tsdr");
-        let Some(due) = self.slave.poll_timeout() else {
-            return Vec::new();
-        };
-        self.now = due;
-        self.slave.handle_timeout(due);
-        let reply = match self.slave.poll_transmit(due, &mut buf) {
-            Some(len) => buf[..len].to_vec(),
-            None => Vec::new(),
-        };
-        self.now += BAUD.characters(reply.len());
-        self.slave.handle_sent(self.now);
-        reply
-    }
-}
-
-fn response(reply: &[u8]) -> ResponseFunction {
-    match decode_one(reply) {
-        Ok((Telegram::Data { header, .. }, _)) => match header.fc {
-            FunctionCode::Response { function, .. } => function,
-            FunctionCode::Request { .. } => panic!("a request"),
-        },
-        other => panic!("{other:?}"),
-    }
-}
 
 #[test]
 fn only_the_parametrising_master_may_write_outputs() {

@@ -464,6 +464,13 @@ impl<const N: usize> Cyclic<N> {
         }
     }
 
+    fn slave_at(&mut self, address: Address) -> Option<&mut SlaveHandler> {
+        self.slaves
+            .iter_mut()
+            .flatten()
+            .find(|slave| slave.address() == address)
+    }
+
     /// The frame count bit of a station; a slave has one for cyclic and acyclic requests together.
     fn fcb_mut(&mut self, peer: Address) -> &mut FcbCounter {
         let slave = self.slaves.iter_mut().flatten().find(|slave| slave.address() == peer);
@@ -574,6 +581,12 @@ impl<const N: usize> TokenUser for Cyclic<N> {
             }
             Step::Acyclic => {
                 self.step = Step::End;
+                if let Outcome::Response { header, data } = outcome
+                    && header.ssap == Some(sap::SLAVE_DIAG)
+                    && let Some(slave) = self.slave_at(header.sa)
+                {
+                    slave.diagnosis_seen(data);
+                }
                 if let Some((peer, count)) = self.jobs.confirm(now, started, outcome) {
                     let stale = self.stale;
                     let fcb = self.fcb_mut(peer);

@@ -1,5 +1,18 @@
 //! Decentralised periphery (DP-V0): start-up, cyclic exchange and diagnosis, master and slave side.
 //!
+//! | service | DSAP | coding | master | slave |
+//! |---|---|---|---|---|
+//! | Data_Exchange | – | [`ProcessImage`] | [`DpMaster`] (class 1) | [`DpSlave`] |
+//! | Set_Prm | 61 | [`SetPrm`] | [`DpMaster`] | [`DpSlave`] |
+//! | Chk_Cfg | 62 | [`Configuration`], [`places`] | [`DpMaster`] | [`DpSlave`], [`AcceptedConfigurations`] |
+//! | Slave_Diag | 60 | [`Diagnosis`] | [`DpMaster`]; any slave: [`class2::ReadDiag`] | [`DpSlave`] |
+//! | Global_Control | 58 | [`GlobalControl`] | [`DpMaster::send_control`] | [`DpSlave`] |
+//! | Get_Cfg | 59 | [`places`] | [`class2::GetCfg`] | [`DpSlave`] |
+//! | Rd_Inp, Rd_Outp | 56, 57 | [`ProcessImage`] | [`class2::RdInp`], [`class2::RdOutp`] | [`DpSlave`] |
+//! | Set_Slave_Add | 55 | [`SetSlaveAdd`] | [`class2::ChangeAddress`] | [`DpSlave`], [`AddressChange`] |
+//! | FDL status, live list | – | [`StationType`](crate::wire::StationType) | [`class2::LiveList`] | [`Responder`](crate::fdl::Responder) |
+//! | anything else acyclic | any | octets | [`Jobs`] | |
+//!
 //! # Example
 //!
 //! A master and a slave on a virtual line, from power-on to the exchange of data.
@@ -45,6 +58,7 @@
 
 mod acyclic;
 mod cfg;
+pub mod class2;
 mod control;
 mod diag;
 mod events;
@@ -52,6 +66,7 @@ mod image;
 mod master;
 mod peer_fcb;
 mod prm;
+mod set_slave_add;
 mod slave;
 mod slave_handler;
 mod slave_identity;
@@ -70,9 +85,14 @@ pub use master::{
 pub use prm::{
     FREEZE_REQ, LOCK_REQ, LockRequest, MAX_USER_PRM, SET_PRM_LEN, SYNC_REQ, SetPrm, SetPrmError, UNLOCK_REQ, WD_ON,
 };
-pub use slave::{DpSlave, ExtDiag, ExtDiagError, LeaveReason, SlaveEvent, SlavePhase, SlaveStatistics};
+pub use set_slave_add::{
+    AddressLock, MAX_NEW_ADDRESS, MAX_REMAINING, SET_SLAVE_ADD_LEN, SetSlaveAdd, SetSlaveAddError,
+};
+pub use slave::{AddressKept, DpSlave, ExtDiag, ExtDiagError, LeaveReason, SlaveEvent, SlavePhase, SlaveStatistics};
 pub use slave_handler::{ClearOutputs, Demand, LossCause, SlaveConfig, SlaveState};
-pub use slave_identity::{AcceptedConfigurations, IdentityError, OutputsOnLeave, SlaveIdentity, Support};
+pub use slave_identity::{
+    AcceptedConfigurations, AddressChange, IdentityError, OutputsOnLeave, SlaveIdentity, Support,
+};
 pub use watchdog::{Watchdog, WatchdogError};
 
 /// Service access points of DP.

@@ -16,7 +16,7 @@
 //! | Set_Prm | while no other master owns the slave, else RS | yes |
 //! | Chk_Cfg, Data_Exchange, Global_Control | RS, or ignored | yes |
 //! | Rd_Inp, Rd_Outp | in data exchange | in data exchange |
-//! | Set_Slave_Add | RS: addresses are set by switch | RS |
+//! | Set_Slave_Add | while waiting for Set_Prm, if the device can, else RS | RS |
 //!
 //! Source: IEC 61158-6-3 (slave state machine); 9300 facts 1.2–1.6.
 
@@ -27,7 +27,8 @@ use super::events::EventQueue;
 use super::image::{MAX_DATA, Octets, ProcessImage};
 use super::prm::{LockRequest, MAX_USER_PRM, SetPrm};
 use super::sap;
-use super::slave_identity::{IdentityError, OutputsOnLeave, SlaveIdentity, Support};
+use super::set_slave_add::{AddressLock, MAX_REMAINING, SetSlaveAdd, SetSlaveAddError};
+use super::slave_identity::{AddressChange, IdentityError, OutputsOnLeave, SlaveIdentity, Support};
 use super::watchdog::Watchdog;
 use crate::address::Address;
 use crate::fdl::{Responder, ResponderStatistics, ResponderUser, Response, Timer, Timers};
@@ -68,6 +69,20 @@ pub enum LeaveReason {
     },
 }
 
+/// Why a slave ignored a Set_Slave_Add.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AddressKept {
+    /// It was meant for another ident number.
+    Ident {
+        /// The ident number in the request.
+        got: u16,
+    },
+    /// The address was locked by an earlier request.
+    Locked,
+    /// The request cannot be read: too short, too long, or an address above 125.
+    Malformed(SetSlaveAddError),
+}
+
 /// What happened to a slave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -99,6 +114,19 @@ pub enum SlaveEvent {
     OutputsCleared,
     /// The watchdog has expired.
     WatchdogExpired,
+    /// Set_Slave_Add was obeyed: the slave answers to this address from now on. The device stores it, together with the lock and
+    /// [`DpSlave::remaining_slave_data`], and starts with them after the next power-on.
+    AddressChanged {
+        /// The new address.
+        address: Address,
+        /// Whether it may be changed again.
+        lock: AddressLock,
+    },
+    /// Set_Slave_Add was acknowledged and ignored.
+    AddressKept {
+        /// Why.
+        cause: AddressKept,
+    },
     /// Data exchange ended.
     LeftDataExchange {
         /// Why.
@@ -162,6 +190,8 @@ impl DpSlave {
                 staged_outputs: ProcessImage::EMPTY,
                 process_inputs: ProcessImage::EMPTY,
                 inputs: ProcessImage::EMPTY,
+                new_address: None,
+                remaining: Octets::EMPTY,
                 ext_diag: Octets::EMPTY,
                 ext_diag_kind: ExtDiag::Message,
                 overflow: Overflow::Complete,
@@ -207,6 +237,11 @@ impl DpSlave {
     /// Identifier octets of the last accepted Chk_Cfg.
     pub fn configuration(&self) -> &[u8] {
         &self.device.configuration
+    }
+
+    /// Remaining data of the last Set_Slave_Add that was obeyed, 0…240 octets.
+    pub fn remaining_slave_data(&self) -> &[u8] {
+        &self.device.remaining
     }
 
     /// The outputs as of one telegram, never a mixture; empty before Chk_Cfg.
@@ -269,15 +304,23 @@ impl DpSlave {
             lost_events: self.device.events.lost(),
         }
     }
+
+    fn take_new_address(&mut self) {
+        if let Some(address) = self.device.new_address.take() {
+            self.responder.set_address(address);
+        }
+    }
 }
 
 impl Station for DpSlave {
     fn handle_octets(&mut self, now: Instant, octets: &[u8]) {
         self.responder.handle_octets(now, octets, &mut self.device);
+        self.take_new_address();
     }
 
     fn handle_line_error(&mut self, now: Instant, error: LineError) {
         self.responder.handle_line_error(now, error, &mut self.device);
+        self.take_new_address();
     }
 
     fn handle_sent(&mut self, _now: Instant) {}
@@ -332,6 +375,10 @@ struct Device {
     process_inputs: ProcessImage,
     /// Inputs as the bus sees them, in the configured length; those of the device unless Freeze holds them.
     inputs: ProcessImage,
+    /// Set_Slave_Add was obeyed; the data link layer does not know it yet.
+    new_address: Option<Address>,
+    /// Rem_Slave_Data of the last Set_Slave_Add that was obeyed.
+    remaining: Octets<MAX_REMAINING>,
     ext_diag: Octets<MAX_EXT_DIAG>,
     ext_diag_kind: ExtDiag,
     overflow: Overflow,
@@ -361,7 +408,7 @@ impl ResponderUser for Device {
             Some(sap::GET_CFG) => Response::Low(self.known_configuration()),
             Some(sap::RD_INP) if self.phase == SlavePhase::DataExchange => Response::Low(&self.inputs),
             Some(sap::RD_OUTP) if self.phase == SlavePhase::DataExchange => Response::Low(&self.outputs),
-            // Set_Slave_Add too: the address is set by switch (9300 facts 1.1).
+            Some(sap::SET_SLAVE_ADD) => self.set_slave_add(data),
             Some(_) => REFUSED,
         }
     }
@@ -509,6 +556,39 @@ impl Device {
             self.accept_prm(sa, &prm);
         }
         Response::ShortAck
+    }
+
+    /// The acknowledgement only says that the telegram arrived.
+    fn set_slave_add(&mut self, data: &[u8]) -> Response<'_> {
+        if self.identity.address_change == AddressChange::Unsupported || self.phase != SlavePhase::WaitPrm {
+            return REFUSED;
+        }
+        let cause = match SetSlaveAdd::parse(data) {
+            Err(error) => AddressKept::Malformed(error),
+            Ok(request) if request.ident != self.identity.ident => AddressKept::Ident { got: request.ident },
+            Ok(_) if self.identity.address_change == AddressChange::Locked => AddressKept::Locked,
+            Ok(request) => {
+                self.change_address(&request);
+                return Response::ShortAck;
+            }
+        };
+        self.events.push(SlaveEvent::AddressKept { cause });
+        Response::ShortAck
+    }
+
+    fn change_address(&mut self, request: &SetSlaveAdd<'_>) {
+        let address = request.new_address;
+        self.identity.address = address;
+        if request.lock == AddressLock::Locked {
+            self.identity.address_change = AddressChange::Locked;
+        }
+        // Parsed, so it fits.
+        self.remaining.replace(request.remaining);
+        self.new_address = Some(address);
+        self.events.push(SlaveEvent::AddressChanged {
+            address,
+            lock: request.lock,
+        });
     }
 
     fn accept_prm(&mut self, sa: Address, prm: &SetPrm<'_>) {

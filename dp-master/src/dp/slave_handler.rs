@@ -359,6 +359,17 @@ impl SlaveHandler {
         report
     }
 
+    /// A job has read the diagnosis. To the slave that was its master, so it will not announce again what the job has seen: anything new is
+    /// read once more, for the events.
+    pub(super) fn diagnosis_seen(&mut self, data: &[u8]) {
+        if self.state == SlaveState::DataExchange
+            && let Ok(seen) = Diagnosis::parse(data)
+            && self.diagnosis != Some(seen)
+        {
+            self.diag_due = true;
+        }
+    }
+
     /// The master leaves data exchange.
     pub(super) fn stop(&mut self, context: &Context) -> Option<MasterEvent> {
         let event = self.lose(Instant::ZERO, LossCause::Stopped, context);

@@ -37,6 +37,17 @@ pub enum Support {
     Unsupported,
 }
 
+/// Whether a slave takes its address over the bus (Set_Slave_Add).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AddressChange {
+    /// No: it is set by switches, or fixed. The request is refused (RS).
+    Unsupported,
+    /// Yes, as long as nobody has parametrised the slave.
+    Allowed,
+    /// It could, but an earlier request has locked the address; the device has stored that. The request is acknowledged and ignored.
+    Locked,
+}
+
 /// What becomes of the outputs when data exchange ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OutputsOnLeave {
@@ -67,6 +78,8 @@ pub struct SlaveIdentity {
     pub freeze: Support,
     /// Time between request and reply in tBIT, 11…1023: what the station needs, or Set_Prm's min Tsdr if that is longer. Default 11.
     pub min_tsdr: u16,
+    /// Set_Slave_Add. Default unsupported (9300 facts 1.1).
+    pub address_change: AddressChange,
     /// Outputs after data exchange. Default cleared.
     pub outputs_on_leave: OutputsOnLeave,
     /// Gaps inside a telegram which an operating system may make; zero on real hardware.
@@ -90,6 +103,7 @@ impl SlaveIdentity {
             sync: Support::Supported,
             freeze: Support::Supported,
             min_tsdr: 11,
+            address_change: AddressChange::Unsupported,
             outputs_on_leave: OutputsOnLeave::Clear,
             latency_allowance: Duration::ZERO,
         }

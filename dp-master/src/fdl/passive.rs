@@ -99,6 +99,12 @@ impl Responder {
         self.core.address
     }
 
+    /// Answers to another address from the next request on; a reply that is already due still leaves.
+    pub fn set_address(&mut self, address: Address) {
+        self.core.address = address;
+        self.core.guard.clear();
+    }
+
     /// Counters since the start.
     pub fn statistics(&self) -> ResponderStatistics {
         self.core.statistics

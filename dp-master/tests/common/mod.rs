@@ -1,6 +1,8 @@
 //! A master and slaves on a virtual line, with a log of every telegram.
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 
+pub(crate) mod bench;
+
 use dp_master::address::Address;
 use dp_master::dp::{
     AcceptedConfigurations, DpMaster, DpSlave, MasterConfig, MasterEvent, SlaveConfig, SlaveEvent, SlaveIdentity,
