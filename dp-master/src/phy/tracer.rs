@@ -9,7 +9,7 @@ use std::time::Duration as StdDuration;
 use super::port::{Port, PortError};
 use crate::station::{LineError, MAX_TELEGRAM, Station};
 use crate::time::{Baud, BitTimes, Duration, Instant};
-use crate::wire::{DecodeError, DiscardReason, SC, SD1, SD2, SD3, SD4, Telegram, decode_one};
+use crate::wire::{DecodeError, DiscardReason, ED, SC, SD1, SD2, SD3, SD4, Telegram, decode_one};
 
 /// Which way a telegram went, seen from the port that recorded it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -79,8 +79,9 @@ impl<'a> Trace<'a> {
 
 /// Divides a stream of octets into telegrams and the rest, with times, keeping the octets as they were.
 ///
-/// Like the [`Decoder`](crate::wire::Decoder) it goes on at the next start delimiter after a broken telegram. Unlike it, it ends a telegram
-/// that is not complete when the line was silent, because it is told the times.
+/// Like the [`Decoder`](crate::wire::Decoder) it goes on at the next start delimiter after a broken telegram. Unlike it, it keeps a telegram
+/// together whose check sum is wrong while its end delimiter stands where its length says, for people want to see it whole; and it ends a
+/// telegram that is not complete when the line was silent, because it is told the times.
 ///
 /// Times are exact when octets are told as they end, as the virtual bus does. A serial adapter delivers several telegrams at once, with the
 /// time of reading; then the last octet ended at that time and the others directly before it, without pauses.
@@ -160,7 +161,14 @@ impl Tracer {
                 (Err(DecodeError::Incomplete), Some((reason, _))) => {
                     (to_next_start(rest), Content::Discarded { reason, lost: 0 })
                 }
-                (Err(DecodeError::Corrupt(reason)), _) => (to_next_start(rest), Content::Discarded { reason, lost: 0 }),
+                (Err(DecodeError::Corrupt(reason)), _) => {
+                    let used = match reason {
+                        DiscardReason::Checksum { .. } => whole(rest),
+                        _ => None,
+                    };
+                    let used = used.unwrap_or_else(|| to_next_start(rest));
+                    (used, Content::Discarded { reason, lost: 0 })
+                }
             };
             let (octets, behind) = rest.split_at(used.min(rest.len()));
             let (content, length) = match content {
@@ -346,6 +354,17 @@ impl<P: Port, C: FnMut() -> Instant, S: FnMut(Trace<'_>)> Port for TracedPort<P,
     fn baud(&self) -> Baud {
         self.port.baud()
     }
+}
+
+/// Octets of the telegram in front, when its end delimiter stands where it must.
+fn whole(octets: &[u8]) -> Option<usize> {
+    let length = match *octets {
+        [SD1, ..] => 6,
+        [SD2, le, ..] => usize::from(le) + 6,
+        [SD3, ..] => 14,
+        _ => return None,
+    };
+    (octets.get(length - 1) == Some(&ED)).then_some(length)
 }
 
 /// Octets from the front to the next start delimiter behind it, or to the end.
