@@ -4,8 +4,8 @@ use core::f64::consts::SQRT_2;
 
 use crate::control::{CurrentController, Decoupling, PiGains, PositionController, SpeedController};
 use crate::plant::{
-    DcLink, DcLinkParams, Dq, DriveTrain, Feedback, FeedbackParams, LinkState, Mains, MechanicsParams, OutputStage,
-    PmsmParams, ShaftAngle, ShaftSegment, limit_to_voltage_circle, without_denormals,
+    DcLink, DcLinkParams, Dq, DriveTrain, Feedback, FeedbackParams, LinkState, LinkThresholds, Mains, MechanicsParams,
+    OutputStage, PmsmParams, ShaftAngle, ShaftSegment, limit_to_voltage_circle, without_denormals,
 };
 use crate::units::{Percent, Rpm};
 
@@ -337,6 +337,12 @@ impl Axis {
     /// Switches the mains.
     pub fn set_mains(&mut self, mains: Mains) {
         self.link.set_mains(mains);
+    }
+
+    /// Changes the thresholds of LU and OU (C0173).
+    pub fn set_link_thresholds(&mut self, thresholds: LinkThresholds) {
+        self.params.dc_link.thresholds = thresholds;
+        self.link.set_thresholds(thresholds);
     }
 
     /// Takes over changed codes; integrators keep what they hold. Not meant for every tick.

@@ -252,14 +252,12 @@ fn values_between_two_steps_are_cut() {
 }
 
 #[test]
-fn only_zero_resets_a_trip_and_the_drive_shows_the_state() {
+fn a_command_changes_no_value_until_the_drive_shows_the_state() {
     let mut codes = CodeStore::thesis();
     codes.publish(C0043, 0, 1_0000).unwrap();
-    assert_eq!(
-        codes.write(C0043, 0, 1_0000, Inhibit::Inactive),
-        Ok(WriteEffect::Unchanged)
-    );
-    assert_eq!(codes.write(C0043, 0, 0, Inhibit::Inactive), Ok(WriteEffect::TripReset));
+    let command = |value| Ok(WriteEffect::Command { code: C0043, value });
+    assert_eq!(codes.write(C0043, 0, 1_0000, Inhibit::Inactive), command(1_0000));
+    assert_eq!(codes.write(C0043, 0, 0, Inhibit::Inactive), command(0));
     assert_eq!(codes.read(C0043, 0), Ok(1_0000), "until the drive has reset it");
 }
 

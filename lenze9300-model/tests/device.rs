@@ -5,7 +5,7 @@
 )]
 
 use drivecom::AifControl;
-use lenze9300_model::code::table::{CODE_TABLE, Writable};
+use lenze9300_model::code::table::{CODE_TABLE, Writable, entry};
 use lenze9300_model::code::{CodeError, CodeStore, Inhibit};
 use lenze9300_model::device::{Drive, DriveConfig, Fault, Reaction};
 use lenze9300_model::plant::Mains;
@@ -46,8 +46,10 @@ fn ready_with(config: DriveConfig, codes: &[(u16, u8, i32)]) -> Drive {
         config.codes.write(code, subcode, value, Inhibit::Active).unwrap();
     }
     let mut drive = Drive::new(config);
+    // After the self test, because with C0142 = 0 an enable that stands at power-up is not obeyed.
+    steps(&mut drive, 150);
     drive.set_aif(ENABLED);
-    steps(&mut drive, 200);
+    steps(&mut drive, 50);
     assert_eq!(drive.diagnosis(), 0);
     drive
 }
@@ -508,7 +510,7 @@ fn a_message_and_a_trip_have_the_error_codes_of_the_profile() {
         drive.inject(fault, true);
         steps(&mut drive, 2);
         assert_eq!(drive.drivecom_error_code(), code, "{fault}");
-        let stays = fault.reaction() == Reaction::Trip;
+        let stays = fault.reaction(drive.codes()) == Reaction::Trip;
         drive.inject(fault, false);
         steps(&mut drive, 2);
         assert_eq!(drive.drivecom_error_code() != 0, stays, "{fault}");
@@ -536,16 +538,17 @@ fn codes_in_brackets_are_refused_while_enabled_and_accepted_under_any_inhibit() 
     ];
     for &code in &in_table {
         let mut drive = ready();
-        let value = drive.read_code(code, 0).unwrap();
+        let subcode = entry(code).unwrap().first_subcode;
+        let value = drive.read_code(code, subcode).unwrap();
         assert_eq!(
-            drive.write_code(code, 0, value),
-            Err(CodeError::OnlyWhileInhibited { code, subcode: 0 })
+            drive.write_code(code, subcode, value),
+            Err(CodeError::OnlyWhileInhibited { code, subcode })
         );
         for inhibit in inhibits {
             let mut drive = ready();
             inhibit(&mut drive);
             steps(&mut drive, 1);
-            assert_eq!(drive.write_code(code, 0, value), Ok(()), "C{code:04}");
+            assert_eq!(drive.write_code(code, subcode, value), Ok(()), "C{code:04}");
         }
     }
 }

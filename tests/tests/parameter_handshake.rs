@@ -113,10 +113,13 @@ fn a_drive_that_falls_silent_is_told_with_the_parameter_that_waits() {
 #[test]
 fn a_drive_that_refuses_is_told_for_every_parameter_with_the_reason() {
     // Fact sheet, section 3.3: while a parameter set is transferred every job is refused with 08 00 0000.
-    let mut rig = ready(&RigConfig::default());
+    let mut config = RigConfig::default();
+    config.drive.parameter_transfer_ms = 2500;
+    let mut rig = ready(&config);
     assert_eq!(rig.block().constants().feed_constant, 179.0708);
     rig.inputs_mut().distance = 15_000;
-    rig.drive_mut().set_parameter_transfer(true);
+    // C0003 = 2 saves the set that works; the length of the block is the old one then.
+    rig.drive_mut().write_code(3, 0, 2_0000).expect("set 2 can be saved");
     run_for(&mut rig, 2 * SECOND);
     let told_then = told(&rig);
     let mut codes: Vec<&str> = told_then.iter().map(|(code, _)| code.as_str()).collect();
@@ -137,8 +140,8 @@ fn a_drive_that_refuses_is_told_for_every_parameter_with_the_reason() {
     assert_eq!(rig.drive().codes().read(1301, 1), Ok(1200_0000));
     assert!(!rig.outputs().error);
 
-    rig.drive_mut().set_parameter_transfer(false);
-    run_for(&mut rig, SECOND);
+    // The rest of the transfer, and a second more.
+    run_for(&mut rig, 1500 * MILLISECOND);
     assert_eq!(rig.block().constants().feed_constant, 179.0708);
     assert_eq!(rig.drive().codes().read(1301, 1), Ok(1500_0000));
     assert_eq!(told(&rig).len(), 7, "nothing new");

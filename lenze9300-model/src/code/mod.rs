@@ -9,10 +9,14 @@
 
 mod error;
 mod motor_list;
+mod parameter_file;
+mod reference;
 mod store;
 pub mod table;
 
 pub use error::{CodeError, ErrorReply};
 pub use motor_list::{MOTOR_LIST, MotorEntry};
-pub use store::{CodeStore, Inhibit, WIRED_POSITIONS, WiredPosition, WriteEffect};
-pub use table::{CODE_TABLE, CodeEntry, Concern, DataLength, Domain, Form, Kind, Writable, entry};
+pub use parameter_file::{FileMistake, ParameterFileError, read_parameter_file, write_parameter_file};
+pub use reference::CodeReference;
+pub use store::{CodeStore, Difference, Inhibit, WIRED_POSITIONS, WiredPosition, WriteEffect};
+pub use table::{CODE_TABLE, CodeEntry, Concern, DataLength, Domain, Effect, Form, Kind, Writable, entry};

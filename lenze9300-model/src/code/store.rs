@@ -21,8 +21,13 @@ pub enum WriteEffect {
     Unchanged,
     /// The code has a new value; this part of the drive has to look again.
     Changed(Concern),
-    /// C0043 := 0: the drive is to reset its TRIP.
-    TripReset,
+    /// The code triggers something: the drive is to do it.
+    Command {
+        /// Code number.
+        code: u16,
+        /// What was written, raw.
+        value: i32,
+    },
 }
 
 /// A target position that function blocks of the drive form: a stored position plus a constant.
@@ -87,7 +92,9 @@ impl CodeStore {
         let mut values = [0; PLACE_COUNT];
         for (line, entry) in CODE_TABLE.iter().enumerate() {
             let first = usize::from(PLACES[line]);
-            values[first..first + entry.count()].fill(entry.factory);
+            for (place, subcode) in (entry.first_subcode..=entry.last_subcode).enumerate() {
+                values[first + place] = entry.factory_of(subcode);
+            }
         }
         let mut store = Self { values, generation: 0 };
         store.refresh_derived();
@@ -140,11 +147,7 @@ impl CodeStore {
         }
         let value = check(entry, subcode, value)?;
         if entry.kind == Kind::Action {
-            return Ok(if value == 0 {
-                WriteEffect::TripReset
-            } else {
-                WriteEffect::Unchanged
-            });
+            return Ok(WriteEffect::Command { code, value });
         }
         let before = self.values[place];
         self.values[place] = value;
@@ -161,6 +164,46 @@ impl CodeStore {
             self.refresh_derived();
         }
         Ok(WriteEffect::Changed(entry.concern))
+    }
+
+    /// Takes over every stored code of another store, as when a parameter set is loaded; displays stay.
+    pub fn load(&mut self, set: &CodeStore) {
+        for (line, entry) in CODE_TABLE.iter().enumerate() {
+            if entry.kind == Kind::Stored {
+                let places = usize::from(PLACES[line])..usize::from(PLACES[line + 1]);
+                self.values[places.clone()].copy_from_slice(&set.values[places]);
+            }
+        }
+        self.generation = self.generation.wrapping_add(1);
+        self.refresh_derived();
+    }
+
+    /// The stored codes whose value differs from that in another store, with both values, in ascending order.
+    ///
+    /// Against [`factory`](Self::factory) these are the codes that were set. Variables formed in the drive are left out.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use lenze9300_model::code::{CodeStore, Inhibit};
+    ///
+    /// let factory = CodeStore::factory();
+    /// let mut codes = CodeStore::factory();
+    /// codes.write(1301, 2, 50_0000, Inhibit::Inactive)?;
+    /// let set: Vec<_> = codes.differences(&factory).collect();
+    /// assert_eq!((set.len(), set[0].code, set[0].subcode, set[0].here), (1, 1301, 2, 50_0000));
+    /// # Ok::<(), lenze9300_model::code::CodeError>(())
+    /// ```
+    pub fn differences<'a>(&'a self, other: &'a CodeStore) -> impl Iterator<Item = Difference> + 'a {
+        stored().filter_map(move |(entry, subcode)| {
+            let (here, there) = (self.raw(entry.number, subcode), other.raw(entry.number, subcode));
+            (here != there).then_some(Difference {
+                code: entry.number,
+                subcode,
+                here,
+                there,
+            })
+        })
     }
 
     /// Checks the number of data octets of a write job against the table.
@@ -272,6 +315,28 @@ const THESIS: [(u16, i32); 10] = [
     (C1250, 2400_0000),
     (C1211, 1_0000),
 ];
+
+/// A code that has one value here and another there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// Code number.
+    pub code: u16,
+    /// Subcode, 0 for a code without subcodes.
+    pub subcode: u8,
+    /// Value in this store, raw.
+    pub here: i32,
+    /// Value in the other store, raw.
+    pub there: i32,
+}
+
+/// Every value that can be written and is kept, in ascending order.
+fn stored() -> impl Iterator<Item = (&'static CodeEntry, u8)> {
+    CODE_TABLE
+        .iter()
+        .filter(|entry| entry.kind == Kind::Stored)
+        .flat_map(|entry| (entry.first_subcode..=entry.last_subcode).map(move |subcode| (entry, subcode)))
+        .filter(|(entry, subcode)| !(entry.number == C1301 && *subcode >= FIRST_WIRED))
+}
 
 fn locate(code: u16, subcode: u8) -> Result<(&'static CodeEntry, usize), CodeError> {
     let line = line_of(code).ok_or(CodeError::UnknownCode { code })?;

@@ -1,14 +1,18 @@
 //! The drive: the tasks in their order, from terminals and bus command to the shaft.
 
-use super::fault::Fault;
+use super::fault::{Fault, Reaction};
+use super::memory::FaultMemory;
 use super::monitor::{FaultSet, Monitor, Restart};
+use super::nonvolatile::{NonVolatile, SetNumber};
+use super::parameter_sets::Transfer;
 use crate::code::table::number::{
-    C0011, C0022, C0051, C0053, C0054, C0067, C0070, C0071, C0075, C0076, C0105, C0142, C0183, C0254, C0255, C0497,
-    C1218,
+    C0002, C0003, C0011, C0022, C0040, C0042, C0043, C0050, C0051, C0052, C0053, C0054, C0056, C0057, C0059, C0060,
+    C0067, C0070, C0071, C0075, C0076, C0087, C0089, C0105, C0135, C0142, C0150, C0161, C0167, C0168, C0169, C0170,
+    C0173, C0178, C0179, C0183, C0254, C0255, C0497, C0596, C0858, C0859, C1218,
 };
 use crate::code::{CodeError, CodeStore, Inhibit, WriteEffect};
 use crate::control::PositionController;
-use crate::plant::{LinkState, Mains, ShaftSegment};
+use crate::plant::{LinkState, LinkThresholds, Mains, ShaftSegment};
 use crate::traverse::{
     ActiveEdge, LatchMode, Program, Resolution, Setpoint, TouchProbe, Traverse, TraverseEvent, TraverseInputs,
     TraverseParameters, TraverseStatus, film_feed_program,
@@ -32,6 +36,11 @@ pub struct DriveConfig {
     pub touch_input: LatchMode,
     /// Self test after power-up, ms. Assumed: 100 ms.
     pub self_test_ms: u32,
+    /// How long loading or saving a parameter set takes, ms; meanwhile every parameter job is refused. Assumed: 200 ms.
+    pub parameter_transfer_ms: u32,
+    /// Faults that stop the drive by FAIL-QSP, whatever their codes say. The codes that choose this reaction for the positioning
+    /// faults are not known (9300 facts 10); as delivered none has it.
+    pub fail_qsp: FaultSet,
 }
 
 /// Half width of the target window as commissioned for the film feed, mm ×10000: 0.009 mm, 23 increments.
@@ -54,6 +63,8 @@ impl Default for DriveConfig {
             },
             touch_input: LatchMode::Fast,
             self_test_ms: 100,
+            parameter_transfer_ms: 200,
+            fail_qsp: FaultSet::default(),
         }
     }
 }
@@ -90,6 +101,8 @@ pub struct DriveStatus {
     pub undervoltage: bool,
     /// A warning.
     pub warning: bool,
+    /// The drive stops or stands by FAIL-QSP.
+    pub fail_qsp: bool,
     /// Terminal 28 is HIGH.
     pub released: bool,
     /// Speed is zero within 0.1 % of C0011.
@@ -119,10 +132,21 @@ pub struct Drive {
     monitor: Monitor,
     terminals: Terminals,
     aif: AifControl,
+    /// C0135, a control word that keypad or system bus write; laid out as that of the bus module.
+    word: AifControl,
+    /// C0040 := 0.
+    inhibited_by_code: bool,
+    memory: NonVolatile,
+    /// A parameter set is being loaded or saved.
+    transfer: Option<Transfer>,
+    parameter_transfer_ms: u32,
+    fail_qsp: FaultSet,
+    mains: Mains,
+    /// Milliseconds that have not become a second of C0178 or C0179 yet.
+    enabled_ms: u32,
+    on_mains_ms: u32,
     /// Causes that tests and operators set from outside.
     injected: FaultSet,
-    /// A parameter set is being loaded or saved.
-    transferring: bool,
     /// The commands of the last millisecond, whose edges count.
     before: Edges,
     self_test_ms: u32,
@@ -152,24 +176,40 @@ struct Limits {
     speed_reference: f64,
     /// C0255, increments.
     p03: i64,
-    /// C1218/1, increments.
-    following_error: i64,
+    /// C1218/1 and /2, increments.
+    following_error: [i64; 2],
+    /// C0596, rad/s.
+    plant_speed: f64,
 }
 
 impl Drive {
-    /// A drive at power-up, mains on.
+    /// A commissioned drive at its first power-up: set 1 holds the codes of `config`.
     pub fn new(config: DriveConfig) -> Self {
+        let memory = NonVolatile::new(config.codes.clone());
+        Self::power_up(config, memory)
+    }
+
+    /// A drive at power-up with what it has kept: parameter set 1 is loaded, whatever codes `config` has.
+    pub fn power_up(config: DriveConfig, memory: NonVolatile) -> Self {
         let mut drive = Drive {
             axis: Axis::new(&config.axis),
-            codes: config.codes,
+            codes: memory.set(SetNumber::FIRST).clone(),
             traverse: Traverse::with_parameters(config.program, config.traverse),
             touch: TouchProbe::new(config.touch_input, ActiveEdge::Rising),
             position: config.axis.position_controller(),
             monitor: Monitor::default(),
             terminals: Terminals::default(),
             aif: BEFORE_FIRST_COMMAND,
+            word: AifControl(0),
+            inhibited_by_code: false,
+            memory,
+            transfer: None,
+            parameter_transfer_ms: config.parameter_transfer_ms,
+            fail_qsp: config.fail_qsp,
+            mains: config.axis.mains,
+            enabled_ms: 0,
+            on_mains_ms: 0,
             injected: FaultSet::default(),
-            transferring: false,
             before: Edges {
                 trip_reset: false,
                 released: true,
@@ -188,6 +228,11 @@ impl Drive {
         };
         drive.take_over_codes();
         drive
+    }
+
+    /// Takes the supply away: what was not saved is lost, as is the reference.
+    pub fn power_off(self) -> NonVolatile {
+        self.memory
     }
 
     /// One tick of the current controller, 125 µs: every eighth time the 1 ms task, then the control loops.
@@ -214,6 +259,8 @@ impl Drive {
     /// is used by the speed controller in this tick.
     fn task_1ms(&mut self) {
         self.ms += 1;
+        self.count_time();
+        self.transfer_parameters();
         if self.codes.generation() != self.generation {
             self.take_over_codes();
         }
@@ -226,7 +273,7 @@ impl Drive {
         };
 
         self.monitor(sample.omega_meas);
-        self.enabled = self.initialised() && !self.inhibited() && !self.aif.quick_stop();
+        self.enabled = self.initialised() && !self.inhibited() && !self.quick_stop();
 
         let touch = self.touch.tick_1ms(self.terminals.e1, actual);
         let inputs = TraverseInputs {
@@ -259,7 +306,7 @@ impl Drive {
         if !self.initialised() || self.inhibited() {
             return AxisCommand::Inhibited;
         }
-        if self.aif.quick_stop() {
+        if self.quick_stop() {
             return AxisCommand::Speed {
                 omega_ref: self.quick_stop_speed(),
                 torque_ff: 0.0,
@@ -289,45 +336,105 @@ impl Drive {
 
     fn monitor(&mut self, omega: f64) {
         let link = self.axis.sample().link;
+        let following_error = self.following_error.abs();
+        let [first, second] = self.limits.following_error;
         let causes = self
             .injected
             .with(Fault::Lu, link == LinkState::Undervoltage)
             .with(Fault::Ou, link == LinkState::Overvoltage)
-            .with(Fault::Eer, self.aif.trip_set())
-            .with(Fault::Nmax, omega.abs() > self.axis.params().n_plant_max.to_rad_s())
-            .with(Fault::P03, self.following_error.abs() > self.limits.p03)
-            .with(Fault::P14, self.following_error.abs() > self.limits.following_error);
+            .with(Fault::Eer, self.aif.trip_set() || self.word.trip_set())
+            .with(Fault::Nmax, omega.abs() > self.limits.plant_speed)
+            .with(Fault::P03, following_error > self.limits.p03)
+            .with(Fault::P14, following_error > first)
+            .with(Fault::P15, following_error > second);
         let restart = if self.codes.number(C0142, 0) == 0.0 {
             Restart::Locked
         } else {
             Restart::Automatic
         };
-        self.monitor.update(causes, restart);
+        let (codes, fail_qsp) = (&self.codes, self.fail_qsp);
+        let reaction = |fault: Fault| {
+            if fail_qsp.contains(fault) {
+                Reaction::FailQsp
+            } else {
+                fault.reaction(codes)
+            }
+        };
+        self.monitor.update(causes, reaction, restart);
 
         let now = Edges {
-            trip_reset: self.aif.trip_reset(),
+            trip_reset: self.aif.trip_reset() || self.word.trip_reset(),
             released: self.terminals.x5_28,
             inhibited: self.externally_inhibited(),
         };
         let before = std::mem::replace(&mut self.before, now);
-        // The falling edge at terminal 28 resets a TRIP too (fact sheet, section 2.5).
+        // The falling edge at terminal 28 resets a TRIP too (9300 facts 2.5).
         if (now.trip_reset && !before.trip_reset) || (!now.released && before.released) {
-            self.monitor.reset_trip();
+            self.reset_trip();
+        }
+        // C0142 = 0: whoever left the enable standing over power-up must take it away first.
+        if self.ms == u64::from(self.self_test_ms) + 1 && restart == Restart::Locked && !now.inhibited {
+            self.monitor.lock_restart();
         }
         // Taking the enable away counts, not that it is away: under LU the bus module inhibits by itself, and its inhibit
         // still stands when the message ends.
         if now.inhibited && !before.inhibited {
             self.monitor.release_restart_lock();
         }
+        let monitor = &self.monitor;
+        let shown = monitor.shown();
+        self.memory
+            .faults
+            .update(self.memory.on_mains_s, shown, |fault| monitor.is_present(fault));
+    }
+
+    /// With C0142 = 0 and the enable standing the drive stays inhibited until the enable is given anew.
+    fn reset_trip(&mut self) {
+        let locked = self.codes.number(C0142, 0) == 0.0;
+        if self.monitor.reset_trip() && locked && !self.externally_inhibited() {
+            self.monitor.lock_restart();
+        }
     }
 
     fn externally_inhibited(&self) -> bool {
-        !self.terminals.x5_28 || self.aif.controller_inhibit() || self.aif.disable()
+        !self.terminals.x5_28
+            || self.inhibited_by_code
+            || self.aif.controller_inhibit()
+            || self.aif.disable()
+            || self.word.controller_inhibit()
+            || self.word.disable()
+    }
+
+    fn quick_stop(&self) -> bool {
+        self.aif.quick_stop() || self.word.quick_stop() || self.monitor.fail_qsp().is_some()
     }
 
     /// Whether the output stage is off, whatever the reason.
     pub fn inhibited(&self) -> bool {
         self.externally_inhibited() || self.monitor.blocks_output()
+    }
+
+    fn count_time(&mut self) {
+        let second = |ms: &mut u32, s: &mut u32, counts: bool| {
+            *ms += u32::from(counts);
+            if *ms == 1000 {
+                (*ms, *s) = (0, s.saturating_add(1));
+            }
+        };
+        let on_mains = self.mains == Mains::On;
+        second(&mut self.on_mains_ms, &mut self.memory.on_mains_s, on_mains);
+        second(&mut self.enabled_ms, &mut self.memory.enabled_s, self.enabled);
+    }
+
+    fn transfer_parameters(&mut self) {
+        let Some(transfer) = &mut self.transfer else {
+            return;
+        };
+        if !transfer.pass_1ms() {
+            return;
+        }
+        transfer.carry_out(&mut self.codes, &mut self.memory);
+        self.transfer = None;
     }
 
     fn initialised(&self) -> bool {
@@ -344,8 +451,9 @@ impl Drive {
             trip: self.monitor.tripped(),
             trip_cause_present: self.monitor.trip_cause_present(),
             message: self.monitor.message().is_some(),
-            undervoltage: self.monitor.message() == Some(Fault::Lu),
+            undervoltage: self.monitor.has_message(Fault::Lu),
             warning: self.monitor.warning().is_some(),
+            fail_qsp: self.monitor.fail_qsp().is_some(),
             released: self.terminals.x5_28,
             standstill: sample.omega_meas.abs() < self.limits.speed_reference * STANDSTILL_SHARE,
             set_value_reached: self.enabled && !self.setpoint.moving,
@@ -375,6 +483,7 @@ impl Drive {
 
     /// Mains on or off.
     pub fn set_mains(&mut self, mains: Mains) {
+        self.mains = mains;
         self.axis.set_mains(mains);
     }
 
@@ -392,19 +501,12 @@ impl Drive {
         };
     }
 
-    /// Begins or ends the transfer of a parameter set, as C0002 and C0003 do it, or the keypad: meanwhile every job is
-    /// refused (fact sheet, section 3.3).
-    #[doc(alias = "Parametersatz-Transfer")]
-    pub fn set_parameter_transfer(&mut self, running: bool) {
-        self.transferring = running;
-    }
-
     /// Reads a code, raw as the bus carries it.
     ///
     /// # Errors
     /// [`CodeError::TransferRunning`], or see [`CodeStore::read`].
     pub fn read_code(&mut self, code: u16, subcode: u8) -> Result<i32, CodeError> {
-        if self.transferring {
+        if self.transfer.is_some() {
             return Err(CodeError::TransferRunning);
         }
         self.publish_displays();
@@ -413,10 +515,12 @@ impl Drive {
 
     /// Writes a code, raw as the bus carries it.
     ///
+    /// C0002 and C0003 only begin a transfer: until it has ended every job is refused, as on the device.
+    ///
     /// # Errors
     /// [`CodeError::TransferRunning`], or see [`CodeStore::write`].
     pub fn write_code(&mut self, code: u16, subcode: u8, value: i32) -> Result<(), CodeError> {
-        if self.transferring {
+        if self.transfer.is_some() {
             return Err(CodeError::TransferRunning);
         }
         let inhibit = if self.inhibited() {
@@ -424,10 +528,33 @@ impl Drive {
         } else {
             Inhibit::Inactive
         };
-        if self.codes.write(code, subcode, value, inhibit)? == WriteEffect::TripReset {
-            self.monitor.reset_trip();
+        if let WriteEffect::Command { code, value } = self.codes.write(code, subcode, value, inhibit)? {
+            self.obey(code, value);
         }
         Ok(())
+    }
+
+    fn obey(&mut self, code: u16, value: i32) {
+        match code {
+            C0002 => self.transfer = Transfer::load(value / 10_000, self.parameter_transfer_ms),
+            C0003 => self.transfer = Transfer::save(value / 10_000, self.parameter_transfer_ms),
+            C0040 => self.inhibited_by_code = value == 0,
+            C0043 if value == 0 => self.reset_trip(),
+            C0135 => self.word = AifControl(value as u16),
+            C0167 if value != 0 => self.memory.faults.clear(),
+            _ => {}
+        }
+    }
+
+    /// The fault memory.
+    #[doc(alias = "Fehlerspeicher")]
+    pub fn fault_memory(&self) -> &FaultMemory {
+        &self.memory.faults
+    }
+
+    /// What the drive would keep if its supply went off now.
+    pub fn nonvolatile(&self) -> &NonVolatile {
+        &self.memory
     }
 
     /// The parameters.
@@ -473,10 +600,14 @@ impl Drive {
             (!self.initialised(), 101),
             (self.monitor.tripped().is_some(), 102),
             (self.monitor.message().is_some(), 104),
+            (self.word.disable(), 111),
             (self.aif.disable(), 112),
             (!self.terminals.x5_28, 121),
+            (self.inhibited_by_code || self.word.controller_inhibit(), 124),
             (self.aif.controller_inhibit(), 125),
-            (self.monitor.blocks_output(), 141),
+            (self.monitor.restart_locked(), 141),
+            (self.monitor.fail_qsp().is_some(), 151),
+            (self.word.quick_stop(), 152),
             (self.aif.quick_stop(), 153),
             (self.monitor.warning().is_some(), 250),
         ];
@@ -494,19 +625,100 @@ impl Drive {
             .map_or(0, Fault::drivecom_code)
     }
 
+    /// The drive's own status word, C0150.
+    ///
+    /// | bit | 1 | 6 | 7 | 8–11 | 12 | 13 | 14 | 15 |
+    /// |---|---|---|---|---|---|---|---|---|
+    /// | | pulses inhibited | n = 0 | CINH | state | warning | message | RUNNING | ended, in target |
+    ///
+    /// States: 0 initialising, 1 restart protection, 3 inhibited, 6 enabled, 7 message, 8 TRIP, 10 FAIL-QSP. Source: 9300
+    /// facts 2.4 (states assumed there). Bits 0, 2 to 5 can be assigned by C0156 and are 0.
+    pub fn status_word(&self) -> u16 {
+        let status = self.status();
+        let state = if !status.initialised {
+            0
+        } else if status.trip.is_some() {
+            8
+        } else if status.message {
+            7
+        } else if self.monitor.restart_locked() {
+            1
+        } else if self.inhibited() {
+            3
+        } else if status.fail_qsp {
+            10
+        } else {
+            6
+        };
+        let off = !status.initialised || self.inhibited();
+        let bit = |set: bool, place: u16| u16::from(set) << place;
+        bit(off, 1)
+            | bit(status.standstill, 6)
+            | bit(self.externally_inhibited(), 7)
+            | state << 8
+            | bit(status.warning, 12)
+            | bit(status.message, 13)
+            | bit(status.running, 14)
+            | bit(status.ended_in_target, 15)
+    }
+
     /// Displays are computed when somebody looks.
     fn publish_displays(&mut self) {
         let sample = *self.axis.sample();
+        let status = self.status();
+        let params = self.axis.params();
+        let speed_reference = match self.command {
+            AxisCommand::Speed { omega_ref, .. } => omega_ref,
+            AxisCommand::Inhibited => 0.0,
+        };
+        let torque_max_nm = params.torque_max_nm();
+        let pole_pairs = 60.0 * self.codes.number(C0089, 0) / self.codes.number(C0087, 0);
+        let halves = status.position as u32;
+        let words = [status.speed, halves as i16, (halves >> 16) as i16];
         let shows = [
+            (C0040, f64::from(u8::from(!self.inhibited()))),
+            (C0042, f64::from(u8::from(self.quick_stop()))),
+            (C0043, f64::from(u8::from(status.trip.is_some()))),
+            (C0050, 100.0 * speed_reference / self.limits.speed_reference),
             (C0051, Rpm::from_rad_s(sample.omega_meas).0),
+            // Amplitude of a phase to rms from line to line.
+            (C0052, sample.voltage.magnitude() * 1.5_f64.sqrt()),
             (C0053, sample.u_dc),
             (C0054, sample.current_rms()),
+            (C0056, 100.0 * sample.torque_ref / torque_max_nm),
+            (C0057, torque_max_nm),
+            (C0059, pole_pairs.round()),
+            (C0060, (sample.position.rem_euclid(65_536) / 32) as f64),
             (C0067, f64::from(self.monitor.lecom_number())),
+            (C0161, f64::from(self.monitor.lecom_number())),
             (C0183, f64::from(self.diagnosis())),
         ];
+        // A display that the table does not have stays unread.
         for (code, value) in shows {
-            // A display that the table does not have stays unread.
             let _ = self.codes.publish(code, 0, (value * 10_000.0).round() as i32);
+        }
+        for (subcode, word) in (1..).zip(words) {
+            let percent_e4 = i64::from(word) * 1_000_000 / 16_384;
+            let _ = self.codes.publish(C0858, subcode, percent_e4 as i32);
+        }
+        let plain = [
+            (C0135, i32::from(self.word.0)),
+            (C0150, i32::from(self.status_word())),
+            (C0178, i32::try_from(self.memory.enabled_s).unwrap_or(i32::MAX)),
+            (C0179, i32::try_from(self.memory.on_mains_s).unwrap_or(i32::MAX)),
+            (C0859, status.position),
+        ];
+        for (code, value) in plain {
+            let _ = self.codes.publish(code, 0, value);
+        }
+        for subcode in 1..=8 {
+            let entry = self.memory.faults.entry(subcode);
+            let number = entry.map_or(0, |entry| i32::from(entry.lecom_number()));
+            let time_s = entry.map_or(0, |entry| i32::try_from(entry.time_s).unwrap_or(i32::MAX));
+            let count = entry.map_or(0, |entry| i32::from(entry.count));
+            let _ = self.codes.publish(C0168, subcode, number * 10_000);
+            let _ = self.codes.publish(C0169, subcode, time_s);
+            let _ = self.codes.publish(C0170, subcode, count * 10_000);
         }
     }
 
@@ -529,8 +741,14 @@ impl Drive {
         self.limits = Limits {
             speed_reference: Rpm(codes.number(C0011, 0)).to_rad_s(),
             p03: codes.number(C0255, 0) as i64,
-            following_error: Resolution::from_codes(codes).whole_increments(codes.raw(C1218, 1)),
+            following_error: [1, 2]
+                .map(|which| Resolution::from_codes(codes).whole_increments(codes.raw(C1218, which))),
+            plant_speed: Rpm(codes.number(C0596, 0)).to_rad_s(),
         };
+        // The table offers exactly the rows that there are.
+        if let Some(thresholds) = LinkThresholds::from_c0173(codes.number(C0173, 0) as u8) {
+            self.axis.set_link_thresholds(thresholds);
+        }
     }
 }
 

@@ -2,8 +2,15 @@
 
 mod drive;
 mod fault;
+mod memory;
 mod monitor;
+mod nonvolatile;
+mod parameter_sets;
+mod reference;
 
 pub use drive::{Drive, DriveConfig, DriveStatus, Terminals};
-pub use fault::{Fault, Reaction};
+pub use fault::{Detection, Fault, Reaction};
+pub use memory::{FaultEntry, FaultMemory};
 pub use monitor::{FaultSet, Monitor, Restart};
+pub use nonvolatile::{NonVolatile, SetNumber, SetNumberError};
+pub use reference::FaultReference;

@@ -4,28 +4,36 @@ use super::fault::{Fault, Reaction};
 
 /// A set of faults, one bit each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FaultSet(u16);
+pub struct FaultSet(u64);
+
+const _: () = assert!(Fault::ALL.len() <= 64, "a fault has no bit");
 
 impl FaultSet {
     /// Adds `fault` when `present`.
     #[must_use]
     pub fn with(self, fault: Fault, present: bool) -> Self {
-        FaultSet(self.0 | (u16::from(present) << fault as u16))
+        FaultSet(self.0 | (u64::from(present) << fault as u32))
     }
 
     /// Whether `fault` is in the set.
     pub fn contains(self, fault: Fault) -> bool {
-        self.0 & (1 << fault as u16) != 0
+        self.0 & (1 << fault as u32) != 0
     }
 
     /// Takes `fault` out.
     #[must_use]
     pub fn without(self, fault: Fault) -> Self {
-        FaultSet(self.0 & !(1 << fault as u16))
+        FaultSet(self.0 & !(1 << fault as u32))
     }
 
-    fn iter(self) -> impl Iterator<Item = Fault> {
-        Fault::ALL.into_iter().filter(move |fault| self.contains(*fault))
+    /// The faults in it, in the order of the table.
+    pub fn iter(self) -> impl Iterator<Item = Fault> {
+        let mut left = self.0;
+        std::iter::from_fn(move || {
+            let place = left.trailing_zeros() as usize;
+            left &= left.wrapping_sub(1);
+            Fault::ALL.get(place).copied()
+        })
     }
 }
 
@@ -35,16 +43,21 @@ pub struct Monitor {
     /// The TRIP that is stored until it is reset.
     trip: Option<Fault>,
     causes: FaultSet,
+    /// Causes by what is done about them; a TRIP is stored instead.
+    messages: FaultSet,
+    warnings: FaultSet,
+    fail_qsp: FaultSet,
+    /// The fault shown: the highest reaction, then the earliest.
+    shown: Option<(Fault, Reaction)>,
     /// For how long a message has been present without a break, ms.
     message_ms: u32,
     restart_lock: bool,
 }
 
-/// A message that lasts longer loses the reference, and C0142 decides whether the drive restarts by itself
-/// (9300 fact sheet, section 2.5).
+/// A message that lasts longer loses the reference, and C0142 decides whether the drive restarts by itself (9300 facts 2.5).
 const LONG_MESSAGE_MS: u32 = 500;
 
-/// Whether the drive enables itself again after a long message (C0142).
+/// Whether the drive enables itself again after a long message, a TRIP or mains on (C0142).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Restart {
     /// C0142 = 0: it stays inhibited until the enable is taken away and given again.
@@ -54,11 +67,18 @@ pub enum Restart {
 }
 
 impl Monitor {
-    /// One millisecond with these `causes` present.
-    pub fn update(&mut self, causes: FaultSet, restart: Restart) {
+    /// One millisecond with these `causes` present; `reaction` tells what each of them asks for.
+    pub fn update(&mut self, causes: FaultSet, reaction: impl Fn(Fault) -> Reaction, restart: Restart) {
         self.causes = causes;
-        for fault in causes.iter().filter(|fault| fault.reaction() == Reaction::Trip) {
-            self.trip(fault);
+        (self.messages, self.warnings, self.fail_qsp) = Default::default();
+        for fault in causes.iter() {
+            match reaction(fault) {
+                Reaction::Trip => self.trip(fault),
+                Reaction::Message => self.messages = self.messages.with(fault, true),
+                Reaction::Warning => self.warnings = self.warnings.with(fault, true),
+                Reaction::FailQsp => self.fail_qsp = self.fail_qsp.with(fault, true),
+                Reaction::Off => {}
+            }
         }
         if self.message().is_some() {
             self.message_ms = self.message_ms.saturating_add(1);
@@ -68,6 +88,7 @@ impl Monitor {
             }
             self.message_ms = 0;
         }
+        self.show();
     }
 
     /// The only way into TRIP. The first one stays: the later are its consequences.
@@ -75,16 +96,29 @@ impl Monitor {
         self.trip.get_or_insert(cause);
     }
 
-    /// Resets the TRIP; refused while its cause is there.
-    pub fn reset_trip(&mut self) {
-        if !self.trip_cause_present() {
+    /// Resets the TRIP; refused while its cause is there. Tells whether there was one and it is gone.
+    pub fn reset_trip(&mut self) -> bool {
+        let resets = self.trip.is_some() && !self.trip_cause_present();
+        if resets {
             self.trip = None;
+            self.show();
         }
+        resets
+    }
+
+    /// Keeps the output stage off until the enable is taken away and given again.
+    pub fn lock_restart(&mut self) {
+        self.restart_lock = true;
     }
 
     /// The enable was taken away: the restart protection has done its work.
     pub fn release_restart_lock(&mut self) {
         self.restart_lock = false;
+    }
+
+    /// Whether the restart protection keeps the output stage off.
+    pub fn restart_locked(&self) -> bool {
+        self.restart_lock
     }
 
     /// The stored TRIP.
@@ -97,14 +131,29 @@ impl Monitor {
         self.trip.is_some_and(|fault| self.causes.contains(fault))
     }
 
+    /// Whether a fault is stored, or its cause is there.
+    pub fn is_present(&self, fault: Fault) -> bool {
+        self.trip == Some(fault) || self.causes.contains(fault)
+    }
+
     /// The message that keeps the output stage off.
     pub fn message(&self) -> Option<Fault> {
-        self.causes.iter().find(|fault| fault.reaction() == Reaction::Message)
+        self.messages.iter().next()
+    }
+
+    /// Whether this message is among those that keep the output stage off.
+    pub fn has_message(&self, fault: Fault) -> bool {
+        self.messages.contains(fault)
     }
 
     /// A warning.
     pub fn warning(&self) -> Option<Fault> {
-        self.causes.iter().find(|fault| fault.reaction() == Reaction::Warning)
+        self.warnings.iter().next()
+    }
+
+    /// The fault that stops the drive by quick stop.
+    pub fn fail_qsp(&self) -> Option<Fault> {
+        self.fail_qsp.iter().next()
     }
 
     /// Whether a message has lasted so long that the reference is lost.
@@ -117,20 +166,49 @@ impl Monitor {
         self.trip.is_some() || self.message().is_some() || self.restart_lock
     }
 
-    /// What C0067 shows: the fault with the highest reaction, as LECOM number; 0 = none.
+    /// The fault shown: the one with the highest reaction, of several the earliest.
+    pub fn shown(&self) -> Option<(Fault, Reaction)> {
+        self.shown
+    }
+
+    /// What C0067 shows: the LECOM number of the fault shown; 0 = none.
     pub fn lecom_number(&self) -> u16 {
-        let present = self
+        self.shown.map_or(0, |(fault, reaction)| fault.lecom_number(reaction))
+    }
+
+    fn show(&mut self) {
+        let of = |faults: FaultSet, reaction| faults.iter().next().map(|fault| (fault, reaction));
+        let highest = self
             .trip
             .map(|fault| (fault, Reaction::Trip))
-            .or_else(|| self.message().map(|fault| (fault, Reaction::Message)))
-            .or_else(|| self.warning().map(|fault| (fault, Reaction::Warning)));
-        present.map_or(0, |(fault, reaction)| fault.lecom_number(reaction))
+            .or_else(|| of(self.messages, Reaction::Message))
+            .or_else(|| of(self.warnings, Reaction::Warning))
+            .or_else(|| of(self.fail_qsp, Reaction::FailQsp));
+        // Of two with the same reaction the one that was there first stays.
+        let stays = self.shown.is_some_and(|(fault, reaction)| {
+            highest.is_some_and(|(_, highest)| highest == reaction)
+                && match reaction {
+                    Reaction::Trip => self.trip == Some(fault),
+                    Reaction::Message => self.messages.contains(fault),
+                    Reaction::Warning => self.warnings.contains(fault),
+                    Reaction::FailQsp => self.fail_qsp.contains(fault),
+                    Reaction::Off => false,
+                }
+        });
+        if !stays {
+            self.shown = highest;
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The factory setting.
+    fn reaction(fault: Fault) -> Reaction {
+        fault.reactions()[0]
+    }
 
     fn with(fault: Fault) -> FaultSet {
         FaultSet::default().with(fault, true)
@@ -139,10 +217,10 @@ mod tests {
     #[test]
     fn a_trip_stays_until_it_is_reset_and_its_cause_is_gone() {
         let mut monitor = Monitor::default();
-        monitor.update(with(Fault::Sd2), Restart::Automatic);
+        monitor.update(with(Fault::Sd2), reaction, Restart::Automatic);
         monitor.reset_trip();
         assert_eq!(monitor.tripped(), Some(Fault::Sd2));
-        monitor.update(FaultSet::default(), Restart::Automatic);
+        monitor.update(FaultSet::default(), reaction, Restart::Automatic);
         assert!(monitor.blocks_output());
         monitor.reset_trip();
         assert_eq!(monitor.tripped(), None);
@@ -152,8 +230,8 @@ mod tests {
     #[test]
     fn the_first_trip_is_the_one_that_is_shown() {
         let mut monitor = Monitor::default();
-        monitor.update(with(Fault::P03), Restart::Automatic);
-        monitor.update(with(Fault::Nmax), Restart::Automatic);
+        monitor.update(with(Fault::P03), reaction, Restart::Automatic);
+        monitor.update(with(Fault::Nmax), reaction, Restart::Automatic);
         assert_eq!(monitor.tripped(), Some(Fault::P03));
         assert_eq!(monitor.lecom_number(), 153);
     }
@@ -161,10 +239,10 @@ mod tests {
     #[test]
     fn a_message_goes_by_itself() {
         let mut monitor = Monitor::default();
-        monitor.update(with(Fault::Lu), Restart::Automatic);
+        monitor.update(with(Fault::Lu), reaction, Restart::Automatic);
         assert!(monitor.blocks_output());
         assert_eq!(monitor.lecom_number(), 1030);
-        monitor.update(FaultSet::default(), Restart::Automatic);
+        monitor.update(FaultSet::default(), reaction, Restart::Automatic);
         assert!(!monitor.blocks_output());
     }
 
@@ -172,10 +250,10 @@ mod tests {
     fn half_a_second_of_message_is_still_short_and_more_loses_the_reference() {
         let mut monitor = Monitor::default();
         for _ in 0..500 {
-            monitor.update(with(Fault::Lu), Restart::Locked);
+            monitor.update(with(Fault::Lu), reaction, Restart::Locked);
         }
         assert!(!monitor.reference_lost());
-        monitor.update(with(Fault::Lu), Restart::Locked);
+        monitor.update(with(Fault::Lu), reaction, Restart::Locked);
         assert!(monitor.reference_lost());
     }
 
@@ -184,12 +262,46 @@ mod tests {
         for (restart, blocked) in [(Restart::Locked, true), (Restart::Automatic, false)] {
             let mut monitor = Monitor::default();
             for _ in 0..600 {
-                monitor.update(with(Fault::Lu), restart);
+                monitor.update(with(Fault::Lu), reaction, restart);
             }
-            monitor.update(FaultSet::default(), restart);
+            monitor.update(FaultSet::default(), reaction, restart);
             assert_eq!(monitor.blocks_output(), blocked, "{restart:?}");
             monitor.release_restart_lock();
             assert!(!monitor.blocks_output());
+        }
+    }
+
+    #[test]
+    fn of_two_warnings_the_earlier_is_shown_and_a_message_covers_both() {
+        let mut monitor = Monitor::default();
+        let mut causes = with(Fault::P15);
+        monitor.update(causes, reaction, Restart::Automatic);
+        // OH4 stands before P15 in the table, and came later.
+        causes = causes.with(Fault::Oh4, true);
+        monitor.update(causes, reaction, Restart::Automatic);
+        assert_eq!(monitor.shown(), Some((Fault::P15, Reaction::Warning)));
+        monitor.update(causes.with(Fault::Lu, true), reaction, Restart::Automatic);
+        assert_eq!(monitor.lecom_number(), 1030);
+        monitor.update(causes.without(Fault::P15), reaction, Restart::Automatic);
+        assert_eq!(monitor.shown(), Some((Fault::Oh4, Reaction::Warning)));
+    }
+
+    #[test]
+    fn each_reaction_does_what_it_is_called_and_nothing_else() {
+        for (reaction, [trips, message, warning, fail_qsp]) in [
+            (Reaction::Trip, [true, false, false, false]),
+            (Reaction::Message, [false, true, false, false]),
+            (Reaction::Warning, [false, false, true, false]),
+            (Reaction::FailQsp, [false, false, false, true]),
+            (Reaction::Off, [false; 4]),
+        ] {
+            let mut monitor = Monitor::default();
+            monitor.update(with(Fault::Eer), |_| reaction, Restart::Automatic);
+            assert_eq!(monitor.tripped().is_some(), trips, "{reaction:?}");
+            assert_eq!(monitor.message().is_some(), message, "{reaction:?}");
+            assert_eq!(monitor.warning().is_some(), warning, "{reaction:?}");
+            assert_eq!(monitor.fail_qsp().is_some(), fail_qsp, "{reaction:?}");
+            assert_eq!(monitor.blocks_output(), trips || message, "{reaction:?}");
         }
     }
 }

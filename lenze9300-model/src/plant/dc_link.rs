@@ -173,6 +173,11 @@ impl DcLink {
         self.voltage_v
     }
 
+    /// Changes the thresholds of LU and OU.
+    pub fn set_thresholds(&mut self, thresholds: LinkThresholds) {
+        self.params.thresholds = thresholds;
+    }
+
     /// Where the voltage stands against the thresholds.
     #[must_use]
     pub fn state(&self) -> LinkState {
