@@ -85,11 +85,11 @@ fn the_blocks_of_an_extended_diagnosis_are_told_apart() {
     assert_eq!(
         line(&octets),
         "3 → 2  DH slave  Slave_Diag  [Ext_Diag WD_On] master 2 ident 00DA overflow; device 32 10; modules 0 2; \
-         channel 3 of module 1 in (bit): wire break; revision 7"
+         channel 3 of module 1 in (bit): line break; revision 7"
     );
     let several = lines(&octets);
     assert!(
-        several.contains("\n  block        channel 3 of module 1 in (bit): wire break\n"),
+        several.contains("\n  block        channel 3 of module 1 in (bit): line break\n"),
         "{several}"
     );
     assert!(

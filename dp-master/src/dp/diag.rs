@@ -13,6 +13,7 @@
 //!
 //! Source: 9300 facts 1.4; IEC 61158-6-3, coding of Slave_Diag.
 
+use super::diag_block::Blocks;
 use super::image::Octets;
 
 /// Octets of Slave_Diag before the extended diagnosis.
@@ -185,67 +186,7 @@ impl Diagnosis {
 
     /// The blocks of the extended diagnosis in their order.
     pub fn blocks(&self) -> Blocks<'_> {
-        Blocks { rest: &self.extended }
-    }
-}
-
-/// One block of extended diagnosis.
-///
-/// Source: IEC 61158-6-3: header bits 7 and 6 give the kind, bits 5…0 the length with the header.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Block<'a> {
-    /// Device-related (`00`), the octets after the header; coded by the manufacturer.
-    Device(&'a [u8]),
-    /// Identifier-related (`01`), one bit a module, least significant first.
-    Identifiers(&'a [u8]),
-    /// Channel-related (`10`), always three octets: identifier, channel, kind of fault.
-    Channel {
-        /// Number of the module, 0…63.
-        identifier: u8,
-        /// Direction (bits 7, 6) and number of the channel.
-        channel: u8,
-        /// Channel type (bits 7…5) and fault (bits 4…0).
-        fault: u8,
-    },
-    /// Revision number (`11`), the low six bits.
-    Revision(u8),
-    /// A length of zero or beyond the end: the rest cannot be divided.
-    Malformed(&'a [u8]),
-}
-
-/// Iterator over the blocks of an extended diagnosis.
-#[derive(Debug, Clone)]
-pub struct Blocks<'a> {
-    rest: &'a [u8],
-}
-
-impl<'a> Iterator for Blocks<'a> {
-    type Item = Block<'a>;
-
-    fn next(&mut self) -> Option<Block<'a>> {
-        let (&header, after) = self.rest.split_first()?;
-        let len = usize::from(header & 0x3F);
-        let (block, rest) = match header >> 6 {
-            0b10 => match *after {
-                [channel, fault, ..] => (
-                    Block::Channel {
-                        identifier: header & 0x3F,
-                        channel,
-                        fault,
-                    },
-                    after.get(2..),
-                ),
-                _ => (Block::Malformed(self.rest), None),
-            },
-            0b11 => (Block::Revision(header & 0x3F), Some(after)),
-            kind => match len.checked_sub(1).and_then(|len| after.get(..len)) {
-                Some(content) if kind == 0 => (Block::Device(content), after.get(len - 1..)),
-                Some(content) => (Block::Identifiers(content), after.get(len - 1..)),
-                None => (Block::Malformed(self.rest), None),
-            },
-        };
-        self.rest = rest.unwrap_or(&[]);
-        Some(block)
+        Blocks::new(&self.extended)
     }
 }
 
@@ -273,6 +214,7 @@ pub(crate) const EXT_DIAG_OVERFLOW: u8 = 0x80;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dp::Block;
 
     // A slave in data exchange with master 2, watchdog on, which reports overvoltage
     // (9300 facts 1.4: header 03, then 603Fh code 0x3210).
@@ -291,34 +233,6 @@ mod tests {
         let mut buf = [0; 16];
         assert_eq!(diag.encode(&mut buf), Ok(9));
         assert_eq!(buf[..9], TRIPPED);
-    }
-
-    #[test]
-    fn every_kind_of_block_is_told_apart() {
-        let mut octets = [0u8; 6].to_vec();
-        octets.extend([0x42, 0x05, 0x81, 0x43, 0x67, 0xC7, 0x02, 0xAA]);
-        let diag = Diagnosis::parse(&octets).unwrap();
-        let blocks: Vec<_> = diag.blocks().collect();
-        assert_eq!(
-            blocks,
-            [
-                Block::Identifiers(&[0x05]),
-                Block::Channel {
-                    identifier: 1,
-                    channel: 0x43,
-                    fault: 0x67
-                },
-                Block::Revision(7),
-                Block::Device(&[0xAA]),
-            ]
-        );
-    }
-
-    #[test]
-    fn a_block_of_length_zero_ends_the_division() {
-        let diag = Diagnosis::parse(&[0, 0, 0, 0, 0, 0, 0x00, 0x01]).unwrap();
-        let blocks: Vec<_> = diag.blocks().collect();
-        assert_eq!(blocks, [Block::Malformed(&[0x00, 0x01])]);
     }
 
     #[test]

@@ -61,6 +61,7 @@ mod cfg;
 pub mod class2;
 mod control;
 mod diag;
+mod diag_block;
 mod events;
 mod image;
 mod master;
@@ -75,8 +76,10 @@ mod watchdog;
 pub use acyclic::{JobFailure, JobId, JobKind, JobOutcome, JobRequest, Jobs, MAX_JOBS, Poll, Priority, SubmitError};
 pub use cfg::{CfgError, Configuration, Consistency, Identifier, IoLengths, Place, Places, io_lengths, places};
 pub use control::{ControlCommand, GlobalControl};
-pub use diag::{
-    Block, Blocks, Diagnosis, MAX_EXT_DIAG, Overflow, SLAVE_DIAG_LEN, SlaveDiagError, StandardDiag, StationStatus,
+pub use diag::{Diagnosis, MAX_EXT_DIAG, Overflow, SLAVE_DIAG_LEN, SlaveDiagError, StandardDiag, StationStatus};
+pub use diag_block::{
+    Block, BlockFault, Blocks, ChannelDiag, ChannelError, ChannelUnit, Direction, ExtDiagWriter, ModuleSet,
+    ModuleState, module_states,
 };
 pub use image::{MAX_DATA, Octets, ProcessImage};
 pub use master::{

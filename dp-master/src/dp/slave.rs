@@ -23,6 +23,7 @@
 use super::cfg::IoLengths;
 use super::control::{ControlCommand, GlobalControl};
 use super::diag::{EXT_DIAG_OVERFLOW, MAX_EXT_DIAG, Overflow, SLAVE_DIAG_LEN, StandardDiag, StationStatus};
+use super::diag_block::{Block, BlockFault, Blocks};
 use super::events::EventQueue;
 use super::image::{MAX_DATA, Octets, ProcessImage};
 use super::prm::{LockRequest, MAX_USER_PRM, SetPrm};
@@ -262,18 +263,23 @@ impl DpSlave {
 
     /// Sets the extended diagnosis and announces it to the master by answering with high priority, unless nothing changed.
     ///
-    /// `octets` are blocks, each with its header (9300 facts 1.4: `03`, fault code high, low).
+    /// `octets` are blocks, each with its header (9300 facts 1.4: `03`, fault code high, low), as [`ExtDiagWriter`](super::ExtDiagWriter) writes them.
     ///
     /// # Errors
     ///
-    /// [`ExtDiagError`] above 238 octets; nothing is changed then.
+    /// [`ExtDiagError`] above 238 octets or with a malformed block; nothing is changed then.
     pub fn set_ext_diag(&mut self, kind: ExtDiag, octets: &[u8], overflow: Overflow) -> Result<(), ExtDiagError> {
         let device = &mut self.device;
         if device.ext_diag.as_slice() == octets && device.ext_diag_kind == kind && device.overflow == overflow {
             return Ok(());
         }
+        for block in Blocks::new(octets) {
+            if let Block::Malformed { fault, .. } = block {
+                return Err(fault.into());
+            }
+        }
         if !device.ext_diag.replace(octets) {
-            return Err(ExtDiagError { got: octets.len() });
+            return Err(ExtDiagError::TooLong { got: octets.len() });
         }
         device.ext_diag_kind = kind;
         device.overflow = overflow;
@@ -756,10 +762,17 @@ fn copy_padded(from: &[u8], to: &mut [u8]) {
     }
 }
 
-/// Extended diagnosis that fits into no telegram.
+/// Why an extended diagnosis was not taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("extended diagnosis: expected at most 238 octets, got {got}")]
-pub struct ExtDiagError {
-    /// Octets given.
-    pub got: usize,
+#[non_exhaustive]
+pub enum ExtDiagError {
+    /// It fits into no telegram.
+    #[error("extended diagnosis: expected at most 238 octets, got {got}")]
+    TooLong {
+        /// Octets given.
+        got: usize,
+    },
+    /// It cannot be divided into blocks, so a master could not read it.
+    #[error(transparent)]
+    Block(#[from] BlockFault),
 }

@@ -14,7 +14,8 @@ use core::fmt;
 use super::service::{Service, Side, sap_name};
 use super::{Fcb, FunctionCode, Header, RequestFunction, ResponseFunction, StationType, Telegram};
 use crate::dp::{
-    Block, ControlCommand, Diagnosis, GlobalControl, LockRequest, Overflow, SetPrm, StandardDiag, StationStatus,
+    Block, ChannelDiag, ChannelUnit, ControlCommand, Diagnosis, Direction, GlobalControl, LockRequest, Overflow,
+    SetPrm, StandardDiag, StationStatus,
 };
 
 /// A telegram for people: `{}` in one line, `{:#}` in several.
@@ -328,42 +329,39 @@ impl fmt::Display for DiagBlock<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             Block::Device(octets) => write!(f, "device {}", Hex(octets)),
-            Block::Identifiers(bits) => {
+            Block::Identifiers(modules) => {
                 f.write_str("modules")?;
                 let mut none = true;
-                for (index, octet) in bits.iter().enumerate() {
-                    for bit in 0..8 {
-                        if octet >> bit & 1 == 1 {
-                            write!(f, " {}", index * 8 + bit)?;
-                            none = false;
-                        }
-                    }
+                for module in modules.iter() {
+                    write!(f, " {module}")?;
+                    none = false;
                 }
                 if none { f.write_str(" none") } else { Ok(()) }
             }
-            Block::Channel {
-                identifier,
+            Block::Channel(ChannelDiag {
+                module,
+                direction,
                 channel,
-                fault,
-            } => {
-                let direction = match channel >> 6 {
-                    0b01 => " in",
-                    0b10 => " out",
-                    0b11 => " in+out",
-                    _ => "",
-                };
-                write!(f, "channel {} of module {identifier}{direction}", channel & 0x3F)?;
-                match CHANNEL_TYPES.get(usize::from(fault >> 5)) {
-                    Some(&name) if !name.is_empty() => write!(f, " ({name})")?,
-                    _ => {}
+                unit,
+                error,
+            }) => {
+                write!(f, "channel {channel} of module {module}")?;
+                f.write_str(match direction {
+                    Direction::Reserved => "",
+                    Direction::Input => " in",
+                    Direction::Output => " out",
+                    Direction::InputOutput => " in+out",
+                })?;
+                if !matches!(unit, ChannelUnit::Reserved0 | ChannelUnit::Reserved7) {
+                    write!(f, " ({})", unit.text())?;
                 }
-                match CHANNEL_FAULTS.get(usize::from(fault & 0x1F)) {
-                    Some(&name) if !name.is_empty() => write!(f, ": {name}"),
-                    _ => write!(f, ": fault {}", fault & 0x1F),
+                match error.text() {
+                    Some(text) => write!(f, ": {text}"),
+                    None => write!(f, ": error {}", error.0),
                 }
             }
             Block::Revision(revision) => write!(f, "revision {revision}"),
-            Block::Malformed(octets) => write!(f, "malformed {}", Hex(octets)),
+            Block::Malformed { octets, .. } => write!(f, "malformed {}", Hex(octets)),
         }
     }
 }
@@ -551,20 +549,3 @@ fn acyclic(f: &mut fmt::Formatter<'_>, data: &[u8]) -> fmt::Result {
         _ => write!(f, " {}", Hex(rest)),
     }
 }
-
-/// Channel types of the channel-related diagnosis, bits 7…5. Source: IEC 61158-6-3.
-const CHANNEL_TYPES: [&str; 8] = ["", "bit", "2 bit", "4 bit", "octet", "word", "2 words", ""];
-
-/// Faults of the channel-related diagnosis, bits 4…0; the rest is reserved or of the manufacturer. Source: IEC 61158-6-3.
-const CHANNEL_FAULTS: [&str; 10] = [
-    "",
-    "short circuit",
-    "undervoltage",
-    "overvoltage",
-    "overload",
-    "overtemperature",
-    "wire break",
-    "upper limit exceeded",
-    "lower limit exceeded",
-    "error",
-];
