@@ -71,6 +71,7 @@ mod set_slave_add;
 mod slave;
 mod slave_handler;
 mod slave_identity;
+pub mod v1;
 mod watchdog;
 
 pub use acyclic::{JobFailure, JobId, JobKind, JobOutcome, JobRequest, Jobs, MAX_JOBS, Poll, Priority, SubmitError};
@@ -102,6 +103,14 @@ pub use watchdog::{Watchdog, WatchdogError};
 ///
 /// Source: IEC 61158-6-3. Data_Exchange has none: it uses the default one.
 pub mod sap {
+    /// Access point of the resource manager, which opens MSAC2 connections; those have 0…48.
+    pub const MSAC2_MANAGER: u8 = 49;
+    /// SSAP of a master of class 2 towards slaves (MSAC2).
+    pub const MSAC2_MASTER: u8 = 50;
+    /// Acknowledgement of alarms, DSAP 50.
+    pub const MSAC1_ALARM: u8 = 50;
+    /// Read and write of the parametrising master, DSAP 51; also the SSAP of that master.
+    pub const MSAC1: u8 = 51;
     /// Set_Slave_Add, DSAP 55.
     pub const SET_SLAVE_ADD: u8 = 55;
     /// Rd_Inp, DSAP 56.
