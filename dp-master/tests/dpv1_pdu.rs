@@ -233,12 +233,15 @@ fn two_hundred_and_forty_octets_of_data_are_the_most() {
     assert!(write(&data[..1]).encode(&mut [0; 4]).is_err());
 }
 
-fn address() -> impl Strategy<Value = (u8, u8, Option<([u8; 6], Vec<u8>)>)> {
+/// API, SCL, and network and MAC address of one in another network.
+type AnyAddress = (u8, u8, Option<([u8; 6], Vec<u8>)>);
+
+fn address() -> impl Strategy<Value = AnyAddress> {
     let network = proptest::option::of((any::<[u8; 6]>(), vec(any::<u8>(), 0..20)));
     (any::<u8>(), any::<u8>(), network)
 }
 
-fn device((api, scl, network): &(u8, u8, Option<([u8; 6], Vec<u8>)>)) -> DeviceAddress<'_> {
+fn device((api, scl, network): &AnyAddress) -> DeviceAddress<'_> {
     match network {
         None => DeviceAddress::Local { api: *api, scl: *scl },
         Some((network, mac)) => DeviceAddress::Remote {

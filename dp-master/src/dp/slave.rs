@@ -17,6 +17,7 @@
 //! | Chk_Cfg, Data_Exchange, Global_Control | RS, or ignored | yes |
 //! | Rd_Inp, Rd_Outp | in data exchange | in data exchange |
 //! | Set_Slave_Add | while waiting for Set_Prm, if the device can, else RS | RS |
+//! | DP-V1: see [`v1`](super::v1) | MSAC2 | MSAC1, alarms, MSAC2 |
 //!
 //! Source: IEC 61158-6-3 (slave state machine); 9300 facts 1.2–1.6.
 
@@ -30,6 +31,7 @@ use super::prm::{LockRequest, MAX_USER_PRM, SetPrm};
 use super::sap;
 use super::set_slave_add::{AddressLock, MAX_REMAINING, SetSlaveAdd, SetSlaveAddError};
 use super::slave_identity::{AddressChange, IdentityError, OutputsOnLeave, SlaveIdentity, Support};
+use super::v1::{Abort, AlarmAck, Answer, Asking, V1Slave};
 use super::watchdog::Watchdog;
 use crate::address::Address;
 use crate::fdl::{Responder, ResponderStatistics, ResponderUser, Response, Timer, Timers};
@@ -133,6 +135,25 @@ pub enum SlaveEvent {
         /// Why.
         reason: LeaveReason,
     },
+    /// The master acknowledged an alarm (DP-V1).
+    AlarmAcknowledged {
+        /// What [`DpSlave::send_alarm`] returned.
+        alarm: AlarmAck,
+    },
+    /// A master of class 2 opened a connection (DP-V1).
+    ConnectionOpened {
+        /// Its access point, which identifies it.
+        sap: u8,
+        /// The master.
+        master: Address,
+    },
+    /// A connection has ended (DP-V1).
+    ConnectionClosed {
+        /// Its access point.
+        sap: u8,
+        /// Who ended it and why.
+        abort: Abort,
+    },
 }
 
 /// What a slave counts.
@@ -160,7 +181,7 @@ pub enum ExtDiag {
 #[derive(Debug, Clone)]
 pub struct DpSlave {
     responder: Responder,
-    device: Device,
+    pub(super) device: Device,
 }
 
 impl DpSlave {
@@ -175,6 +196,7 @@ impl DpSlave {
             responder: Responder::new(identity.address, identity.baud, identity.latency_allowance),
             device: Device {
                 t_sdr: BitTimes(u32::from(identity.min_tsdr)),
+                v1: V1Slave::new(identity.v1, identity.baud),
                 identity,
                 phase: SlavePhase::WaitPrm,
                 master: None,
@@ -337,6 +359,7 @@ impl Station for DpSlave {
         if self.device.timers.expire(now) == Some(Timer::Watchdog) {
             self.device.watchdog_expired();
         }
+        self.device.v1.handle_timeout(now, &mut self.device.events);
     }
 
     fn poll_transmit(&mut self, _now: Instant, buf: &mut [u8; MAX_TELEGRAM]) -> Option<usize> {
@@ -346,7 +369,12 @@ impl Station for DpSlave {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        let deadlines = [self.responder.poll_timeout(), self.device.timers.next()];
+        let device = &self.device;
+        let deadlines = [
+            self.responder.poll_timeout(),
+            device.timers.next(),
+            device.v1.deadline(),
+        ];
         deadlines.into_iter().flatten().min()
     }
 }
@@ -360,7 +388,7 @@ enum Hold {
 
 /// The slave above the data link layer.
 #[derive(Debug, Clone)]
-struct Device {
+pub(super) struct Device {
     identity: SlaveIdentity,
     phase: SlavePhase,
     master: Option<Address>,
@@ -395,6 +423,7 @@ struct Device {
     new_outputs: bool,
     exchanges: u64,
     events: EventQueue<SlaveEvent, EVENTS>,
+    pub(super) v1: V1Slave,
 }
 
 const EVENTS: usize = 16;
@@ -415,6 +444,7 @@ impl ResponderUser for Device {
             Some(sap::RD_INP) if self.phase == SlavePhase::DataExchange => Response::Low(&self.inputs),
             Some(sap::RD_OUTP) if self.phase == SlavePhase::DataExchange => Response::Low(&self.outputs),
             Some(sap::SET_SLAVE_ADD) => self.set_slave_add(data),
+            Some(dsap @ 0..=sap::MSAC1) => self.v1(now, header, dsap, data),
             Some(_) => REFUSED,
         }
     }
@@ -444,8 +474,42 @@ impl ResponderUser for Device {
 }
 
 impl Device {
+    /// The master that owns the slave.
+    pub(super) fn master(&self) -> Option<Address> {
+        self.master
+    }
+
+    pub(super) fn exchanges_data(&self) -> bool {
+        self.phase == SlavePhase::DataExchange
+    }
+
+    pub(super) fn announce_diagnosis(&mut self) {
+        self.diag_pending = true;
+    }
+
+    pub(super) fn push_event(&mut self, event: SlaveEvent) {
+        self.events.push(event);
+    }
+
+    fn v1(&mut self, now: Instant, header: &Header, dsap: u8, data: &[u8]) -> Response<'_> {
+        let asking = Asking {
+            master: header.sa,
+            ssap: header.ssap,
+            exchanges_data: self.exchanges_data() && self.master == Some(header.sa),
+        };
+        let Self {
+            v1, scratch, events, ..
+        } = self;
+        match v1.handle(now, dsap, &asking, data, scratch, events) {
+            Answer::Acknowledge => Response::ShortAck,
+            Answer::Data(len) => Response::Low(self.scratch.get(..len).unwrap_or(&[])),
+            Answer::NoService => REFUSED,
+            Answer::NoResource => Response::Refuse(ResponseFunction::NoResource),
+        }
+    }
+
     fn diagnosis(&self) -> StandardDiag {
-        let in_exchange = self.phase == SlavePhase::DataExchange;
+        let in_exchange = self.exchanges_data();
         let status = StationStatus::FIXED
             .with(self.faults)
             .with_if(StationStatus::STATION_NOT_READY, !in_exchange)
@@ -510,19 +574,26 @@ impl Device {
     }
 
     fn slave_diag(&mut self, sa: Address) -> Response<'_> {
-        let standard = self.diagnosis().octets();
-        let len = SLAVE_DIAG_LEN + self.ext_diag.len();
-        if let Some((fixed, rest)) = self
-            .scratch
-            .get_mut(..len)
-            .and_then(|target| target.split_first_chunk_mut::<SLAVE_DIAG_LEN>())
-        {
-            *fixed = standard;
-            rest.copy_from_slice(&self.ext_diag);
-        }
+        let mut standard = self.diagnosis();
         // A diagnosis tool that listens in must not take the news from the owner.
-        if self.master == Some(sa) {
-            self.diag_pending = false;
+        let owner_reads = self.master == Some(sa);
+        let (fixed, rest) = self.scratch.split_at_mut(SLAVE_DIAG_LEN);
+        let alarm = if owner_reads { self.v1.announce_alarm(rest) } else { 0 };
+        let room = rest.get_mut(alarm..).unwrap_or_default();
+        let len = match room.get_mut(..self.ext_diag.len()) {
+            Some(target) => {
+                target.copy_from_slice(&self.ext_diag);
+                SLAVE_DIAG_LEN + alarm + self.ext_diag.len()
+            }
+            // Blocks are not cut; they come again when no alarm stands before them.
+            None => {
+                standard.status_3 |= EXT_DIAG_OVERFLOW;
+                SLAVE_DIAG_LEN + alarm
+            }
+        };
+        fixed.copy_from_slice(&standard.octets());
+        if owner_reads {
+            self.diag_pending = self.v1.has_queued_alarm() || standard.status_3 & EXT_DIAG_OVERFLOW != 0 && alarm > 0;
         }
         Response::Low(self.scratch.get(..len).unwrap_or(&[]))
     }
@@ -550,7 +621,8 @@ impl Device {
         }
         let identity = &self.identity;
         let unsupported = (prm.sync_requested() && identity.sync == Support::Unsupported)
-            || (prm.freeze_requested() && identity.freeze == Support::Unsupported);
+            || (prm.freeze_requested() && identity.freeze == Support::Unsupported)
+            || !self.v1.supports(self.v1.status_of(prm.user));
         let faulty = prm.ident != identity.ident
             || !identity.user_prm_len.contains(&prm.user.len())
             || (prm.watchdog_on() && prm.watchdog().is_none());
@@ -605,7 +677,15 @@ impl Device {
         self.master = Some(sa);
         self.faults = StationStatus::default();
         self.group = prm.group;
-        self.watchdog = prm.watchdog();
+        let v1_status = self.v1.status_of(prm.user);
+        self.v1.parametrised(v1_status);
+        self.watchdog = prm.watchdog().map(|watchdog| {
+            if v1_status.watchdog_1ms() {
+                watchdog.in_milliseconds()
+            } else {
+                watchdog
+            }
+        });
         // Parsed, so it fits.
         self.user_prm.replace(prm.user);
         self.set_min_tsdr(prm.min_tsdr);
@@ -659,6 +739,7 @@ impl Device {
         self.retrigger(now, sa);
         self.events.push(SlaveEvent::Configured { lengths });
         if entered {
+            self.v1.entered_data_exchange();
             self.events.push(SlaveEvent::EnteredDataExchange);
         }
         Response::ShortAck
@@ -735,6 +816,7 @@ impl Device {
         self.sync = Hold::Follows;
         self.freeze = Hold::Follows;
         self.release_inputs();
+        self.v1.left_data_exchange();
         if was_in_exchange {
             if self.identity.outputs_on_leave == OutputsOnLeave::Clear {
                 self.staged_outputs.reset(self.lengths.outputs);

@@ -5,6 +5,7 @@ use core::ops::RangeInclusive;
 use super::cfg::{IoLengths, io_lengths};
 use super::image::MAX_DATA;
 use super::prm::MAX_USER_PRM;
+use super::v1::V1Capabilities;
 use crate::address::Address;
 use crate::time::{Baud, Duration};
 
@@ -84,6 +85,8 @@ pub struct SlaveIdentity {
     pub outputs_on_leave: OutputsOnLeave,
     /// Gaps inside a telegram which an operating system may make; zero on real hardware.
     pub latency_allowance: Duration,
+    /// Data records, connections and alarms. Default none: a DP-V0 slave.
+    pub v1: V1Capabilities,
 }
 
 impl SlaveIdentity {
@@ -106,6 +109,7 @@ impl SlaveIdentity {
             address_change: AddressChange::Unsupported,
             outputs_on_leave: OutputsOnLeave::Clear,
             latency_allowance: Duration::ZERO,
+            v1: V1Capabilities::NONE,
         }
     }
 

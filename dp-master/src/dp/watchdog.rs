@@ -4,7 +4,8 @@ use crate::time::Duration;
 
 /// The watchdog factors of Set_Prm: the time is 10 ms × `fact_1` × `fact_2`.
 ///
-/// Both factors lie in 1…255, so the time lies in 10 ms … 650.25 s.
+/// Both factors lie in 1…255, so the time lies in 10 ms … 650.25 s. A DP-V1 slave may be told to count in units of 1 ms instead
+/// (WD_Base_1ms); that stands in its user parameters, not in the factors.
 ///
 /// Source: 9300 facts 1.2; IEC 61158-6-3, Set_Prm octets 2 and 3 (WD_Fact_1, WD_Fact_2).
 #[doc(alias = "Ansprechüberwachung")]
@@ -12,6 +13,14 @@ use crate::time::Duration;
 pub struct Watchdog {
     fact_1: u8,
     fact_2: u8,
+    base: Base,
+}
+
+/// What one unit of the product of the factors is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Base {
+    TenMilliseconds,
+    OneMillisecond,
 }
 
 impl Watchdog {
@@ -25,7 +34,20 @@ impl Watchdog {
         if fact_1 == 0 || fact_2 == 0 {
             return None;
         }
-        Some(Self { fact_1, fact_2 })
+        Some(Self {
+            fact_1,
+            fact_2,
+            base: Base::TenMilliseconds,
+        })
+    }
+
+    /// The same factors in units of 1 ms (WD_Base_1ms of DP-V1).
+    #[must_use]
+    pub const fn in_milliseconds(self) -> Self {
+        Self {
+            base: Base::OneMillisecond,
+            ..self
+        }
     }
 
     /// The factors of the shortest watchdog time that is not below `time`, with the smallest `fact_1`.
@@ -43,7 +65,8 @@ impl Watchdog {
             };
             let product = u64::from(fact_1) * u64::from(fact_2);
             if best.is_none_or(|(least, _)| product < least) {
-                best = Some((product, Self { fact_1, fact_2 }));
+                let base = Base::TenMilliseconds;
+                best = Some((product, Self { fact_1, fact_2, base }));
             }
             if product == units {
                 break;
@@ -62,7 +85,11 @@ impl Watchdog {
 
     /// The watchdog time.
     pub const fn time(self) -> Duration {
-        Duration::from_millis(10 * self.fact_1 as u64 * self.fact_2 as u64)
+        let unit_ms = match self.base {
+            Base::TenMilliseconds => 10,
+            Base::OneMillisecond => 1,
+        };
+        Duration::from_millis(unit_ms * self.fact_1 as u64 * self.fact_2 as u64)
     }
 }
 

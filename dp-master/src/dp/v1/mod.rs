@@ -22,22 +22,34 @@
 //! ```
 //!
 //! Concepts and files: [`Function`], [`Request`] and [`Reply`] (PDUs), [`V1Error`], [`Abort`], [`Initiate`], [`Alarm`], [`V1Status`]
-//! (user parameters).
+//! (user parameters), [`V1Capabilities`] (GSD); at the slave [`DpSlave::poll_v1_request`](super::DpSlave::poll_v1_request) and `msac1`,
+//! `msac2`, `alarms`.
 //!
 //! Source: IEC 61158-6-3 (services and machines MSAC1, MSAC2, MSAL1 of masters and slaves).
 
 mod abort;
 mod alarm;
+mod alarms;
+mod capabilities;
 mod error;
 mod function;
 mod initiate;
+mod msac1;
+mod msac2;
 mod pdu;
+mod service;
+mod slave;
 mod status;
 
 pub use abort::{Abort, Instance, reason};
 pub use alarm::{AddAck, Alarm, AlarmAck, AlarmSpecifier, AlarmType, AlarmTypes, Incident, MAX_ALARM_DATA, V1Block};
+pub use alarms::{MAX_ALARMS, SendAlarmError};
+pub use capabilities::{MAX_CONNECTIONS, V1Capabilities};
 pub use error::{ErrorClass, ErrorCode1, V1Error};
 pub use function::{Function, NEGATIVE};
 pub use initiate::{Addresses, DeviceAddress, Features, Initiate, Initiated, Resource, SendTimeout};
 pub use pdu::{EncodePduError, MAX_V1_DATA, PduError, Reply, Request};
+pub(in crate::dp) use service::Answer;
+pub use service::{V1Channel, V1Data, V1Request, V1RequestGone, V1RequestId, V1Service};
+pub(in crate::dp) use slave::{Asking, V1Slave};
 pub use status::{AlarmMode, V1Status};
