@@ -33,6 +33,7 @@ pub mod control;
 pub mod device;
 pub mod noise;
 pub mod plant;
+mod toml_file;
 pub mod traverse;
 pub mod units;
 
@@ -40,3 +41,4 @@ pub use axis::{
     Axis, AxisCommand, AxisParams, AxisSample, ControllerCodes, GainScaling, Pulses, TICK_NS, TICKS_PER_MS,
     TICKS_PER_SPEED_PERIOD,
 };
+pub use toml_file::{FileError, FileMistake};

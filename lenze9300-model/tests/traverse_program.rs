@@ -380,7 +380,7 @@ fn with_program(records: impl IntoIterator<Item = (u8, Record)>) -> Rig {
 #[test]
 fn a_record_waits_switches_dwells_and_jumps() {
     let high = InputLevel {
-        input: ProgramInput::Pfi01,
+        input: ProgramInput::PFI01,
         level: Level::High,
     };
     let first = Record {
@@ -410,7 +410,7 @@ fn a_record_waits_switches_dwells_and_jumps() {
     rig.start();
     rig.run(100);
     assert!(!rig.traverse.status().moving, "it waits for PFI 01");
-    rig.inputs.pfi01 = true;
+    rig.inputs.program_inputs = 1;
     rig.tick();
     assert_eq!(rig.traverse.status().outputs, 0x0001);
     rig.run(1500);
@@ -429,7 +429,7 @@ fn a_record_waits_switches_dwells_and_jumps() {
 #[test]
 fn the_first_branch_wins_and_pieces_count_passes() {
     let high = InputLevel {
-        input: ProgramInput::Pfi01,
+        input: ProgramInput::PFI01,
         level: Level::High,
     };
     let count = Record {
@@ -452,7 +452,7 @@ fn the_first_branch_wins_and_pieces_count_passes() {
     rig.set(C1305, 4, 3_0000);
     rig.feed();
     assert_eq!(rig.film, 3 * 3_074_216);
-    rig.inputs.pfi01 = true;
+    rig.inputs.program_inputs = 1;
     rig.feed();
     assert_eq!(rig.film, 4 * 3_074_216);
 }
@@ -588,7 +588,7 @@ proptest! {
                 3 => inputs.manual = !inputs.manual,
                 4 => inputs.manual_pos = !inputs.manual_pos,
                 5 => inputs.manual_neg = !inputs.manual_neg,
-                _ => inputs.pfi01 = !inputs.pfi01,
+                _ => inputs.program_inputs ^= 1,
             }
             for _ in 0..ticks {
                 let before = rig.last;

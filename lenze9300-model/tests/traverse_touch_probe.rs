@@ -8,7 +8,7 @@ use traverse_rig::{PER_MM, Rig, number};
 
 fn printed() -> Rig {
     let mut rig = Rig::new();
-    rig.inputs.pfi01 = true;
+    rig.inputs.program_inputs = 1;
     rig
 }
 

@@ -11,12 +11,12 @@
 use std::fmt::Write;
 use std::str::FromStr;
 
-use thiserror::Error;
-use toml::{Spanned, Value};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
-use super::error::CodeError;
 use super::store::{CodeStore, Inhibit};
 use super::table::{CodeEntry, Concern, Form, Writable, entry};
+use crate::toml_file::{Fields, FileError, Reader};
 
 /// Writes the stored codes that differ from `base`; against [`CodeStore::factory`] those that were set.
 ///
@@ -48,7 +48,7 @@ pub fn write_parameter_file(codes: &CodeStore, base: &CodeStore) -> String {
 ///
 /// # Errors
 ///
-/// [`ParameterFileError`] with every mistake of the file; `codes` is unchanged then.
+/// [`FileError`] with every mistake of the file; `codes` is unchanged then.
 ///
 /// # Example
 ///
@@ -59,128 +59,50 @@ pub fn write_parameter_file(codes: &CodeStore, base: &CodeStore) -> String {
 /// read_parameter_file("[codes]\n\"C1301/1\" = 1200.0\nC0105 = 0.5\n", &mut codes)?;
 /// assert_eq!(codes.read(1301, 1)?, 1200_0000);
 /// let wrong = read_parameter_file("[codes]\nC0105 = 1000.0\nC9999 = 1\n", &mut codes).unwrap_err();
-/// assert_eq!(wrong.to_string(), "line 2: C0105: 1000 is above 999.900 s; line 3: C9999 does not exist");
+/// assert_eq!(wrong.to_string(), "line 2: C0105: 1000.000 s is above 999.900 s; line 3: C9999 does not exist");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn read_parameter_file(text: &str, codes: &mut CodeStore) -> Result<(), ParameterFileError> {
-    let file: File = toml::from_str(text).map_err(|error| {
-        let line = error.span().map_or(1, |span| line_of(text, span.start));
-        ParameterFileError::one(line, MistakeKind::Syntax(error.message().to_owned()))
-    })?;
-    let mut mistakes = Vec::new();
-    let mut settings = Vec::new();
-    for (key, value) in &file.codes {
-        let line = line_of(text, key.span().start);
-        match setting(key.as_ref(), value.as_ref()) {
-            Ok(setting) => settings.push((line, setting)),
-            Err(kind) => mistakes.push(FileMistake { line, kind }),
+pub fn read_parameter_file(text: &str, codes: &mut CodeStore) -> Result<(), FileError> {
+    let read = Reader::read(text, |reader, file| {
+        let mut fields = Fields::of(file);
+        let mut trial = codes.clone();
+        if let Some(value) = fields.take("codes")
+            && let Some(table) = reader.table(value, "codes")
+        {
+            take_over(reader, table, &mut trial);
         }
-    }
+        fields.finish(reader);
+        Some(trial)
+    })?;
+    codes.load(&read);
+    Ok(())
+}
+
+/// Writes the codes of a table, given by their names, into a store; also used by program files for their variables.
+pub(crate) fn take_over<'a>(reader: &mut Reader<'a>, table: &DeTable<'a>, codes: &mut CodeStore) {
+    let mut settings: Vec<_> = table
+        .iter()
+        .filter_map(|(key, value)| setting(reader, key.get_ref(), key.span(), value))
+        .collect();
     // What resets others first; a sort that keeps the order of equals.
-    settings.sort_by_key(|(_, setting)| match setting.entry.concern {
+    settings.sort_by_key(|setting| match setting.entry.concern {
         Concern::MotorList => 0,
         _ => 1,
     });
-    let mut trial = codes.clone();
-    for (line, Setting { entry, subcode, raw }) in &settings {
+    for Setting {
+        entry,
+        subcode,
+        raw,
+        at,
+    } in settings
+    {
         // A motor datum that is as the list has it leaves the motor what it is.
-        if trial.read(entry.number, *subcode) == Ok(*raw) && entry.writable != Writable::Never {
+        if codes.read(entry.number, subcode) == Ok(raw) && entry.writable != Writable::Never {
             continue;
         }
-        if let Err(error) = trial.write(entry.number, *subcode, *raw, Inhibit::Active) {
-            let kind = MistakeKind::Refused(error);
-            mistakes.push(FileMistake { line: *line, kind });
+        if let Err(error) = codes.write(entry.number, subcode, raw, Inhibit::Active) {
+            reader.mistake(at, error.to_string());
         }
-    }
-    if mistakes.is_empty() {
-        codes.load(&trial);
-        Ok(())
-    } else {
-        mistakes.sort_by_key(|mistake| mistake.line);
-        Err(ParameterFileError { mistakes })
-    }
-}
-
-/// What is wrong with a parameter file, one entry a mistake.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{}", mistakes.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
-pub struct ParameterFileError {
-    /// In the order of the lines; never empty.
-    pub mistakes: Vec<FileMistake>,
-}
-
-impl ParameterFileError {
-    fn one(line: usize, kind: MistakeKind) -> Self {
-        Self {
-            mistakes: vec![FileMistake { line, kind }],
-        }
-    }
-}
-
-/// One mistake in a parameter file.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("line {line}: {kind}")]
-pub struct FileMistake {
-    /// Line in the file, from 1.
-    pub line: usize,
-    kind: MistakeKind,
-}
-
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-enum MistakeKind {
-    #[error("{0}")]
-    Syntax(String),
-    #[error("`{0}` is no code; a code is written as C0011, one with subcodes as \"C1301/1\"")]
-    Name(String),
-    #[error("C{code:04} does not exist")]
-    Unknown { code: u16 },
-    #[error("{code}: expected a number, got {got}")]
-    NoNumber { code: String, got: &'static str },
-    #[error("{code}: {got} is {side} {bound}")]
-    Range {
-        code: String,
-        got: String,
-        side: &'static str,
-        bound: String,
-    },
-    #[error("{0}")]
-    Refused(CodeError),
-}
-
-#[derive(Debug, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    #[serde(with = "in_order")]
-    codes: Vec<(Spanned<String>, Spanned<Value>)>,
-}
-
-/// A table as a list, with the places of its keys: mistakes are told by line.
-mod in_order {
-    use std::fmt;
-
-    use serde::de::{Deserializer, MapAccess, Visitor};
-    use toml::{Spanned, Value};
-
-    type List = Vec<(Spanned<String>, Spanned<Value>)>;
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<List, D::Error> {
-        struct Entries;
-        impl<'de> Visitor<'de> for Entries {
-            type Value = List;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a table of codes")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<List, A::Error> {
-                let mut list = Vec::new();
-                while let Some(entry) = map.next_entry()? {
-                    list.push(entry);
-                }
-                Ok(list)
-            }
-        }
-        deserializer.deserialize_map(Entries)
     }
 }
 
@@ -188,43 +110,49 @@ struct Setting {
     entry: &'static CodeEntry,
     subcode: u8,
     raw: i32,
+    at: std::ops::Range<usize>,
 }
 
-fn setting(key: &str, value: &Value) -> Result<Setting, MistakeKind> {
-    let (code, subcode) = parse_name(key).ok_or_else(|| MistakeKind::Name(key.to_owned()))?;
-    let entry = entry(code).ok_or(MistakeKind::Unknown { code })?;
-    let number = match value {
-        Value::Integer(integer) => *integer as f64,
-        Value::Float(float) => *float,
-        other => {
-            return Err(MistakeKind::NoNumber {
-                code: name(entry, subcode),
-                got: other.type_str(),
-            });
-        }
+fn setting<'a>(
+    reader: &mut Reader<'a>,
+    key: &str,
+    at: std::ops::Range<usize>,
+    value: &Spanned<DeValue<'a>>,
+) -> Option<Setting> {
+    let Some((code, subcode)) = parse_name(key) else {
+        reader.mistake(
+            at,
+            format!("`{key}` is no code; a code is written as C0011, one with subcodes as \"C1301/1\""),
+        );
+        return None;
     };
-    let scale = match entry.form {
-        Form::FixedPoint4 => 10_000.0,
-        Form::Plain => 1.0,
+    let Some(entry) = entry(code) else {
+        reader.mistake(at, format!("C{code:04} does not exist"));
+        return None;
     };
-    let scaled = (number * scale).round();
-    let range = |side, bound| MistakeKind::Range {
-        code: name(entry, subcode),
-        got: number.to_string(),
-        side,
-        bound: entry.show(bound),
+    let what = name(entry, subcode);
+    let decimals = match entry.form {
+        Form::FixedPoint4 => 4,
+        Form::Plain => 0,
     };
-    // Checked before the conversion, which would saturate; not a number is in no range.
-    if scaled < f64::from(entry.domain.min()) {
-        return Err(range("below", entry.domain.min()));
+    let scaled = reader.decimal(value, &what, decimals)?;
+    // Checked before the number is cut to 32 bits; the store checks the rest.
+    let bound = match scaled {
+        _ if scaled < i64::from(entry.domain.min()) => Some(("below", entry.domain.min())),
+        _ if scaled > i64::from(entry.domain.max()) => Some(("above", entry.domain.max())),
+        _ => None,
+    };
+    let fitting = i32::try_from(scaled).ok();
+    if let Some((side, bound)) = bound {
+        let got = fitting.map_or_else(|| "it".to_owned(), |raw| entry.show(raw));
+        reader.mistake(value.span(), format!("{what}: {got} is {side} {}", entry.show(bound)));
+        return None;
     }
-    if scaled > f64::from(entry.domain.max()) || scaled.is_nan() {
-        return Err(range("above", entry.domain.max()));
-    }
-    Ok(Setting {
+    Some(Setting {
         entry,
         subcode,
-        raw: scaled as i32,
+        raw: fitting?,
+        at,
     })
 }
 
@@ -249,11 +177,6 @@ fn name(entry: &CodeEntry, subcode: u8) -> String {
     } else {
         format!("C{:04}/{subcode}", entry.number)
     }
-}
-
-fn line_of(text: &str, offset: usize) -> usize {
-    let before = text.as_bytes().get(..offset).unwrap_or(text.as_bytes());
-    1 + before.iter().filter(|octet| **octet == b'\n').count()
 }
 
 #[cfg(test)]
@@ -282,7 +205,7 @@ mod tests {
     fn every_mistake_is_told_with_its_line_and_nothing_is_changed() {
         let mut codes = CodeStore::thesis();
         let before = codes.clone();
-        let text = "[codes]\nC0070 = 7.0\nspeed = 1\nC0011 = \"fast\"\n\"C1301/111\" = 1.0\n\nC0051 = 3\nC0086 = 107\nC0022 = nan\nC0071 = -1e300\n";
+        let text = "[codes]\nC0070 = 7.0\nspeed = 1\nC0011 = \"fast\"\n\"C1301/111\" = 1.0\n\nC0051 = 3\nC0086 = 107\nC0022 = nan\nC0071 = -1000000.5\nC0255 = 1.5\nC0105 = 0.00001\n[drive]\n";
         let error = read_parameter_file(text, &mut codes).unwrap_err();
         let told: Vec<String> = error.mistakes.iter().map(ToString::to_string).collect();
         assert_eq!(
@@ -293,8 +216,11 @@ mod tests {
                 "line 5: C1301/111 does not exist: subcodes 1 to 110",
                 "line 7: C0051/0 is a display and cannot be written",
                 "line 8: C0086/0: 1070000 is not in the selection [0, 1080000]",
-                "line 9: C0022: NaN is above 3.75 A",
-                "line 10: C0071: -1000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000 is below 1.0 ms",
+                "line 9: C0022: expected a number with at most 4 decimals, got nan",
+                "line 10: C0071: it is below 1.0 ms",
+                "line 11: C0255: expected a whole number, got 1.5",
+                "line 12: C0105: expected a number with at most 4 decimals, got 0.00001",
+                "line 13: `drive` is unknown here; allowed are codes",
             ]
         );
         assert_eq!(codes, before);
@@ -313,7 +239,5 @@ mod tests {
         let mut codes = CodeStore::factory();
         let error = read_parameter_file("[codes]\nC0070 = = 1\n", &mut codes).unwrap_err();
         assert!(error.to_string().starts_with("line 2: "), "{error}");
-        let error = read_parameter_file("[parameters]\n", &mut codes).unwrap_err();
-        assert!(error.to_string().starts_with("line 1: "), "{error}");
     }
 }

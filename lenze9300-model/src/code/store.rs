@@ -2,7 +2,9 @@
 
 use super::error::CodeError;
 use super::motor_list::MOTOR_LIST;
-use super::table::{CODE_TABLE, CodeEntry, Concern, Domain, Kind, PLACE_COUNT, PLACES, Writable, line_of, number::*};
+use super::table::{
+    CODE_TABLE, CodeEntry, Concern, Domain, Kind, PLACE_COUNT, PLACES, POSITION_COUNT, Writable, line_of, number::*,
+};
 use crate::traverse::Resolution;
 
 /// Whether the controller is inhibited while a code is written.
@@ -45,9 +47,9 @@ pub struct WiredPosition {
 }
 
 /// First position variable that cannot be written.
-const FIRST_WIRED: u8 = 61;
+pub(crate) const FIRST_WIRED: u8 = 61;
 
-/// The wired variables of the film feed.
+/// The wired variables of the film feed, with which a store begins.
 ///
 /// 061 is named by thesis fig. 68. Interpretation: 062 stands for the target of record 04, "tolerance + one whole feed
 /// length", with the tolerance read as the whole band of ±50 mm; its number is assumed.
@@ -83,6 +85,7 @@ pub const WIRED_POSITIONS: [WiredPosition; 2] = [
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CodeStore {
     values: [i32; PLACE_COUNT],
+    wired: Vec<WiredPosition>,
     generation: u32,
 }
 
@@ -96,7 +99,11 @@ impl CodeStore {
                 values[first + place] = entry.factory_of(subcode);
             }
         }
-        let mut store = Self { values, generation: 0 };
+        let mut store = Self {
+            values,
+            wired: WIRED_POSITIONS.to_vec(),
+            generation: 0,
+        };
         store.refresh_derived();
         store
     }
@@ -160,7 +167,8 @@ impl CodeStore {
             return Ok(WriteEffect::Unchanged);
         }
         self.generation = self.generation.wrapping_add(1);
-        if matches!(entry.concern, Concern::Machine) || (code == C1301 && subcode == 1) {
+        let feeds_a_block = code == C1301 && self.wired.iter().any(|wired| wired.base == subcode);
+        if matches!(entry.concern, Concern::Machine) || feeds_a_block {
             self.refresh_derived();
         }
         Ok(WriteEffect::Changed(entry.concern))
@@ -244,6 +252,23 @@ impl CodeStore {
         Ok(())
     }
 
+    /// The position variables that function blocks of the drive form.
+    pub fn wired_positions(&self) -> &[WiredPosition] {
+        &self.wired
+    }
+
+    /// Wires the function blocks anew, as loading another program does. Variables from 61 that are not named read 0.
+    pub fn set_wired_positions(&mut self, wired: impl IntoIterator<Item = WiredPosition>) {
+        for number in FIRST_WIRED..=POSITION_COUNT {
+            if let Ok((_, place)) = locate(C1301, number) {
+                self.values[place] = 0;
+            }
+        }
+        self.wired = wired.into_iter().collect();
+        self.generation = self.generation.wrapping_add(1);
+        self.refresh_derived();
+    }
+
     /// Counts the changes of stored codes (wrapping), so that a reader can cache what it derived from them.
     pub fn generation(&self) -> u32 {
         self.generation
@@ -291,7 +316,8 @@ impl CodeStore {
         let resolution = Resolution::from_codes(self);
         let per_unit = resolution.increments_per_unit_e4();
         self.replace(C1205, per_unit);
-        for wired in WIRED_POSITIONS {
+        for place in 0..self.wired.len() {
+            let wired = self.wired[place];
             let increments =
                 resolution.whole_increments(self.raw(C1301, wired.base)) + resolution.whole_increments(wired.offset_e4);
             let shown = resolution.units_e4(increments);

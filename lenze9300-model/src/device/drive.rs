@@ -14,8 +14,8 @@ use crate::code::{CodeError, CodeStore, Inhibit, WriteEffect};
 use crate::control::PositionController;
 use crate::plant::{LinkState, LinkThresholds, Mains, ShaftSegment};
 use crate::traverse::{
-    ActiveEdge, LatchMode, Program, Resolution, Setpoint, TouchProbe, Traverse, TraverseEvent, TraverseInputs,
-    TraverseParameters, TraverseStatus, film_feed_program,
+    ActiveEdge, LatchMode, Override, Program, Resolution, Setpoint, TouchProbe, Traverse, TraverseEvent,
+    TraverseInputs, TraverseParameters, TraverseStatus, film_feed_program,
 };
 use crate::units::{INC_PER_RAD, Percent, Rpm};
 use crate::{Axis, AxisCommand, AxisParams, ControllerCodes, TICKS_PER_MS};
@@ -76,14 +76,26 @@ pub struct Terminals {
     #[doc(alias = "Klemme 28")]
     #[doc(alias = "RFR")]
     pub x5_28: bool,
-    /// E1, the touch-probe input.
-    pub e1: bool,
+    /// E1 to E5. E1 is the touch-probe input; E2 to E5 are wired to the program function inputs 02 to 05 (assumed).
+    pub e: [bool; 5],
 }
 
 impl Default for Terminals {
     fn default() -> Self {
-        Terminals { x5_28: true, e1: false }
+        Terminals {
+            x5_28: true,
+            e: [false; 5],
+        }
     }
+}
+
+/// Inputs of the positioning function block that the film feed leaves unwired.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PositioningSignals {
+    /// POS-PS-CANCEL.
+    pub cancel: bool,
+    /// Share of the programmed velocities.
+    pub velocity_override: Override,
 }
 
 /// What the drive shows to a bus module, once a millisecond.
@@ -131,6 +143,7 @@ pub struct Drive {
     position: PositionController,
     monitor: Monitor,
     terminals: Terminals,
+    positioning: PositioningSignals,
     aif: AifControl,
     /// C0135, a control word that keypad or system bus write; laid out as that of the bus module.
     word: AifControl,
@@ -199,6 +212,7 @@ impl Drive {
             position: config.axis.position_controller(),
             monitor: Monitor::default(),
             terminals: Terminals::default(),
+            positioning: PositioningSignals::default(),
             aif: BEFORE_FIRST_COMMAND,
             word: AifControl(0),
             inhibited_by_code: false,
@@ -249,7 +263,7 @@ impl Drive {
 
     /// The level at E1 changed at share `fraction` of the tick whose motion was `shaft`.
     pub fn edge_e1(&mut self, shaft: &ShaftSegment, fraction: f64, level: bool) {
-        self.terminals.e1 = level;
+        self.terminals.e[0] = level;
         let edge = if level { ActiveEdge::Rising } else { ActiveEdge::Falling };
         self.touch
             .handle_edge(edge, shaft.angle_at(fraction).increments() - self.reference);
@@ -275,7 +289,7 @@ impl Drive {
         self.monitor(sample.omega_meas);
         self.enabled = self.initialised() && !self.inhibited() && !self.quick_stop();
 
-        let touch = self.touch.tick_1ms(self.terminals.e1, actual);
+        let touch = self.touch.tick_1ms(self.terminals.e[0], actual);
         let inputs = TraverseInputs {
             start: self.aif.program_start(),
             stop: self.aif.program_stop(),
@@ -283,7 +297,9 @@ impl Drive {
             manual: self.aif.manual(),
             manual_pos: self.aif.manual_positive(),
             manual_neg: self.aif.manual_negative(),
-            pfi01: self.aif.pfi01(),
+            cancel: self.positioning.cancel,
+            program_inputs: self.program_inputs(),
+            velocity_override: self.positioning.velocity_override,
             enabled: self.enabled,
             pos_act: actual,
             omega_act_inc_per_ms: sample.omega_meas * INC_PER_RAD / 1000.0,
@@ -474,6 +490,27 @@ impl Drive {
     /// Sets the level at terminal 28; sampled by the next 1 ms task.
     pub fn set_terminal_28(&mut self, high: bool) {
         self.terminals.x5_28 = high;
+    }
+
+    /// Sets the level at one of E2 to E5 (`number` 2…5), or at E1 while no film moves past its reader; sampled by the next 1 ms
+    /// task. Other numbers are none of the drive's.
+    pub fn set_input(&mut self, number: u8, high: bool) {
+        let place = usize::from(number).checked_sub(1);
+        if let Some(input) = place.and_then(|place| self.terminals.e.get_mut(place)) {
+            *input = high;
+        }
+    }
+
+    /// Sets the inputs of the positioning function block that the film feed leaves unwired.
+    pub fn set_positioning(&mut self, signals: PositioningSignals) {
+        self.positioning = signals;
+    }
+
+    /// PFI 01 comes over the bus, as in the thesis; PFI 02 to 05 are E2 to E5.
+    fn program_inputs(&self) -> u32 {
+        let [_, rest @ ..] = self.terminals.e;
+        let terminals = (1_u32..).zip(rest).map(|(place, high)| u32::from(high) << place);
+        terminals.fold(u32::from(self.aif.pfi01()), |inputs, input| inputs | input)
     }
 
     /// Levels at the terminals.

@@ -8,7 +8,7 @@ mod nonvolatile;
 mod parameter_sets;
 mod reference;
 
-pub use drive::{Drive, DriveConfig, DriveStatus, Terminals};
+pub use drive::{Drive, DriveConfig, DriveStatus, PositioningSignals, Terminals};
 pub use fault::{Detection, Fault, Reaction};
 pub use memory::{FaultEntry, FaultMemory};
 pub use monitor::{FaultSet, Monitor, Restart};

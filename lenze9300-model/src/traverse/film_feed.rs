@@ -33,7 +33,7 @@ pub fn film_feed_program() -> Program {
         residual: ResidualPath::Fixed(RESIDUAL_E4),
     };
     let printed = InputLevel {
-        input: ProgramInput::Pfi01,
+        input: ProgramInput::PFI01,
         level: Level::High,
     };
     let records = [

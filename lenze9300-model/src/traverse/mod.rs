@@ -4,12 +4,13 @@
 //! Below it, [`Plan`] turns a target into a motion in closed form and [`Resolution`] turns lengths into increments with
 //! integers only. [`film_feed_program`] is the built-in program.
 //!
-//! Not modelled: homing, PS-CANCEL, skip record, override, jerk limits (9300 facts 4.2: details not found).
+//! Not modelled: homing, jerk limits (9300 facts 4.2: details not found).
 
 mod active_plan;
 mod film_feed;
 mod interpolator;
 mod jog;
+mod program_file;
 mod record;
 mod resolution;
 mod sequencer;
@@ -21,11 +22,12 @@ mod variables;
 pub use film_feed::film_feed_program;
 pub use interpolator::{Limits, Motion, PathState, Plan};
 pub use jog::{JogDirection, JogParameters};
+pub use program_file::ProgramFile;
 pub use record::{
     Acceleration, Branch, FinalVelocity, InputLevel, Level, Mode, OutputLevel, Pieces, Program, ProgramError,
     ProgramInput, Record, RecordNumber, ResidualPath, Successor, Target, TouchRule, TouchWindow, Velocity,
 };
 pub use resolution::{INCREMENTS_PER_REVOLUTION, Residue, Resolution, Rounding};
 pub use sequencer::{Traverse, TraverseParameters};
-pub use signals::{Setpoint, StartRefusal, TraverseEvent, TraverseInputs, TraverseStatus};
+pub use signals::{Override, Setpoint, StartRefusal, TraverseEvent, TraverseInputs, TraverseStatus};
 pub use touch_probe::{ActiveEdge, LatchMode, TouchEvent, TouchProbe};

@@ -118,6 +118,18 @@ pub enum Mode {
     RelativeWithTouchProbe(TouchRule),
     /// Target = variable, counted from the reference.
     Absolute,
+    /// As absolute; at the first touch inside the window the target becomes the touch position ± residual path.
+    AbsoluteWithTouchProbe(TouchRule),
+}
+
+impl Mode {
+    /// The rule of the touch probe, if the record has one.
+    pub const fn touch_rule(&self) -> Option<&TouchRule> {
+        match self {
+            Self::RelativeWithTouchProbe(rule) | Self::AbsoluteWithTouchProbe(rule) => Some(rule),
+            Self::SetReference | Self::Relative | Self::Absolute => None,
+        }
+    }
 }
 
 /// Fields 9 and 10 of a record with touch probe.
@@ -212,12 +224,34 @@ pub enum Successor {
     End,
 }
 
-/// A program function input.
+/// A program function input, 1 to 32.
+///
+/// Assumed: how many the drive has is not known; the thesis uses one.
+#[doc(alias = "PFI")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum ProgramInput {
+pub struct ProgramInput(u8);
+
+impl ProgramInput {
     /// Input 1; in the film feed high = printed film.
     #[doc(alias = "PFI 01")]
-    Pfi01,
+    pub const PFI01: Self = Self(1);
+
+    /// Greatest number.
+    pub const MAX: u8 = 32;
+
+    /// Checks the range 1 to 32.
+    pub const fn new(number: u8) -> Option<Self> {
+        if number >= 1 && number <= Self::MAX {
+            Some(Self(number))
+        } else {
+            None
+        }
+    }
+
+    /// The number itself.
+    pub const fn get(self) -> u8 {
+        self.0
+    }
 }
 
 /// A level of a program function input or output.
@@ -302,12 +336,7 @@ impl Program {
 
     fn check(&self, number: RecordNumber, record: &Record) -> Result<(), ProgramError> {
         let in_record = number.get();
-        let branches = [record.branch_1, record.branch_2]
-            .into_iter()
-            .flatten()
-            .map(|branch| branch.to);
-        let pieces = record.pieces.map(|pieces| pieces.to);
-        for successor in branches.chain(pieces).chain([record.without_touch, record.jump]) {
+        for successor in record.successors() {
             if let Successor::Record(to) = successor
                 && self.record(to).is_none()
             {
@@ -349,6 +378,16 @@ impl Program {
 }
 
 impl Record {
+    /// Everywhere the record can go on.
+    pub(super) fn successors(&self) -> impl Iterator<Item = Successor> {
+        let branches = [self.branch_1, self.branch_2]
+            .into_iter()
+            .flatten()
+            .map(|branch| branch.to);
+        let pieces = self.pieces.map(|pieces| pieces.to);
+        branches.chain(pieces).chain([self.without_touch, self.jump])
+    }
+
     /// Numbers of the position variables and of the other variables.
     fn variables(&self) -> ([Option<u8>; 4], [Option<u8>; 6]) {
         let target = match self.target {
@@ -356,7 +395,7 @@ impl Record {
             Target::Zero => None,
         };
         let (mut residual, mut window) = (None, (None, None));
-        if let Mode::RelativeWithTouchProbe(rule) = self.mode {
+        if let Some(rule) = self.mode.touch_rule() {
             if let ResidualPath::Variable(number) = rule.residual {
                 residual = Some(number);
             }

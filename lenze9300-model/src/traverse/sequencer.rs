@@ -6,11 +6,11 @@ use super::active_plan::ActivePlan;
 use super::interpolator::{Limits, Motion, PathState, Plan};
 use super::jog::{JogDirection, JogParameters};
 use super::record::{
-    InputLevel, Level, Mode, OutputLevel, Program, ProgramInput, Record, RecordNumber, ResidualPath, Successor, Target,
-    TouchRule, TouchWindow,
+    InputLevel, Level, Mode, OutputLevel, Program, Record, RecordNumber, ResidualPath, Successor, Target, TouchRule,
+    TouchWindow,
 };
 use super::resolution::{Residue, Resolution, Rounding};
-use super::signals::{Setpoint, TraverseEvent, TraverseInputs, TraverseStatus};
+use super::signals::{Override, Setpoint, TraverseEvent, TraverseInputs, TraverseStatus};
 use super::start_gate::StartGate;
 use super::touch_probe::TouchEvent;
 use super::variables::{final_velocity, length_e4, record_limits, whole_increments};
@@ -62,6 +62,8 @@ pub struct Traverse {
     parameters: TraverseParameters,
     cycle: Cycle,
     gate: StartGate,
+    cancel_level: bool,
+    velocity_override: Override,
     /// Where the set-value rests when no motion is planned.
     rest: i64,
     motion: Option<ActivePlan>,
@@ -125,6 +127,8 @@ impl Traverse {
             parameters,
             cycle: Cycle::Idle,
             gate: StartGate::default(),
+            cancel_level: false,
+            velocity_override: Override::FULL,
             rest: 0,
             motion: None,
             jog_velocity: 0.0,
@@ -163,6 +167,8 @@ impl Traverse {
         self.settle();
         self.handle_reset_and_stop(inputs);
         self.handle_start(inputs, codes);
+        self.handle_cancel(inputs.cancel);
+        self.follow_override(inputs.velocity_override, codes);
         if inputs.enabled {
             if matches!(self.cycle, Cycle::Idle) {
                 self.jog(inputs, codes);
@@ -313,6 +319,37 @@ impl Traverse {
         }
     }
 
+    /// POS-PS-CANCEL: the record ends where it is; a relative successor counts from there.
+    fn handle_cancel(&mut self, level: bool) {
+        let rising = !std::mem::replace(&mut self.cancel_level, level) && level;
+        let Cycle::Running(run) = self.cycle else {
+            return;
+        };
+        if !rising {
+            return;
+        }
+        self.target = self.motion().position;
+        self.emit(TraverseEvent::RecordCancelled { record: run.record });
+        let successor = self
+            .program
+            .record(run.record)
+            .map_or(Successor::End, |record| record.without_touch);
+        self.go_on(successor);
+    }
+
+    /// Another share of the velocities: the way under way is planned anew.
+    fn follow_override(&mut self, now: Override, codes: &CodeStore) {
+        if std::mem::replace(&mut self.velocity_override, now) == now {
+            return;
+        }
+        if let Cycle::Running(run) = self.cycle
+            && run.stage == Stage::Travelling
+            && let Some(&record) = self.program.record(run.record)
+        {
+            self.plan_to_target(&record, self.motion().state(), 0.0, codes);
+        }
+    }
+
     fn start_program(&mut self, codes: &CodeStore) {
         let number = u8::try_from(codes.raw(C1211, 0) / 10_000).unwrap_or(0);
         let Some(record) = RecordNumber::new(number) else {
@@ -347,7 +384,8 @@ impl Traverse {
             return;
         }
         let resolution = Resolution::from_codes(codes);
-        let speed = resolution.velocity_from_codes(jog.velocity_percent_e4.clamp(0, 100_0000), codes);
+        let full = resolution.velocity_from_codes(jog.velocity_percent_e4.clamp(0, 100_0000), codes);
+        let speed = full * self.velocity_override.factor();
         let velocity = direction.velocity(speed);
         if velocity != self.jog_velocity {
             let percent_e4 = jog.acceleration_percent_e4.clamp(100, 100_0000);
@@ -419,7 +457,7 @@ impl Traverse {
                 tick.shift = tick.shift.saturating_add(shift);
                 return Some(Stage::Leaving);
             }
-            Mode::Absolute => {
+            Mode::Absolute | Mode::AbsoluteWithTouchProbe(_) => {
                 self.target = whole_increments(record.target, &resolution, tick.codes);
             }
             Mode::Relative | Mode::RelativeWithTouchProbe(_) => {
@@ -459,7 +497,7 @@ impl Traverse {
             }
         }
         self.switch(record.switch_after);
-        if matches!(record.mode, Mode::RelativeWithTouchProbe(_)) && !run.latched {
+        if record.mode.touch_rule().is_some() && !run.latched {
             self.no_mark_found = true;
             self.emit(TraverseEvent::NoMarkFound { record: run.record });
             self.go_on(record.without_touch);
@@ -518,10 +556,7 @@ impl Traverse {
     }
 
     fn touch_rule(&self, run: Run) -> Option<TouchRule> {
-        match self.program.record(run.record)?.mode {
-            Mode::RelativeWithTouchProbe(rule) => Some(rule),
-            Mode::SetReference | Mode::Relative | Mode::Absolute => None,
-        }
+        self.program.record(run.record)?.mode.touch_rule().copied()
     }
 
     /// Fields 14 to 17.
@@ -561,8 +596,13 @@ impl Traverse {
     }
 
     fn plan_to_target(&mut self, record: &Record, state: PathState, lead: f64, codes: &CodeStore) {
-        let limits = record_limits(record, codes);
-        let plan = Plan::to_target(state, self.target, &limits, final_velocity(record, codes));
+        let share = self.velocity_override.factor();
+        let programmed = record_limits(record, codes);
+        let limits = Limits {
+            v_max: programmed.v_max * share,
+            ..programmed
+        };
+        let plan = Plan::to_target(state, self.target, &limits, final_velocity(record, codes) * share);
         self.braking = limits;
         self.begin(plan, lead);
     }
@@ -675,9 +715,7 @@ struct Tick<'a> {
 
 impl Tick<'_> {
     fn holds(&self, condition: InputLevel) -> bool {
-        let level = match condition.input {
-            ProgramInput::Pfi01 => self.inputs.pfi01,
-        };
+        let level = self.inputs.program_inputs >> (condition.input.get() - 1) & 1 == 1;
         level == (condition.level == Level::High)
     }
 }

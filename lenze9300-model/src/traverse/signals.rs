@@ -18,8 +18,13 @@ pub struct TraverseInputs {
     pub manual_pos: bool,
     /// MANUAL-NEG.
     pub manual_neg: bool,
-    /// Program function input 01.
-    pub pfi01: bool,
+    /// POS-PS-CANCEL: a rising edge ends the record being worked off; the program goes on at its field 11.
+    #[doc(alias = "Restweg löschen")]
+    pub cancel: bool,
+    /// Program function inputs, bit 0 = PFI 01.
+    pub program_inputs: u32,
+    /// Share of the programmed velocities.
+    pub velocity_override: Override,
     /// Operation enabled, no quick stop, no fault.
     pub enabled: bool,
     /// Actual position in inc, counted from the present reference.
@@ -28,6 +33,40 @@ pub struct TraverseInputs {
     pub omega_act_inc_per_ms: f64,
     /// Touch latched since the last tick; the position counts from the same reference as `pos_act`.
     pub touch: Option<TouchEvent>,
+}
+
+/// Share of the programmed velocities that is driven, 0 to 100 %.
+///
+/// Assumed: the drive has an override (thesis ch. 5.4); its range is not known. It never raises a velocity above what was
+/// programmed, so that C1240 stays the limit. At 0 the axis stands and the record waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Override(i32);
+
+impl Override {
+    /// Everything as programmed.
+    pub const FULL: Self = Self(100_0000);
+
+    /// From percent ×10000, cut to 0 to 100 %.
+    pub const fn from_percent_e4(percent_e4: i32) -> Self {
+        Self(if percent_e4 < 0 {
+            0
+        } else if percent_e4 > 100_0000 {
+            100_0000
+        } else {
+            percent_e4
+        })
+    }
+
+    /// As a factor, 0 to 1.
+    pub fn factor(self) -> f64 {
+        f64::from(self.0) / 1_000_000.0
+    }
+}
+
+impl Default for Override {
+    fn default() -> Self {
+        Self::FULL
+    }
 }
 
 /// The set-values of one tick.
@@ -109,6 +148,11 @@ pub enum TraverseEvent {
     },
     /// A record with touch probe ended at its target without a touch.
     NoMarkFound {
+        /// The record.
+        record: RecordNumber,
+    },
+    /// POS-PS-CANCEL ended a record before its target.
+    RecordCancelled {
         /// The record.
         record: RecordNumber,
     },

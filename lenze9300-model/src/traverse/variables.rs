@@ -3,15 +3,15 @@
 use super::interpolator::Limits;
 use super::record::{Acceleration, FinalVelocity, Record, Target, Velocity};
 use super::resolution::Resolution;
+use crate::code::CodeStore;
 use crate::code::table::number::*;
-use crate::code::{CodeStore, WIRED_POSITIONS};
 
 /// A target as the sum of two lengths ×10000: stored variable and wired constant.
 pub(super) fn length_e4(target: Target, codes: &CodeStore) -> [i32; 2] {
     let Target::Variable(number) = target else {
         return [0, 0];
     };
-    match WIRED_POSITIONS.iter().find(|wired| wired.number == number) {
+    match codes.wired_positions().iter().find(|wired| wired.number == number) {
         Some(wired) => [codes.raw(C1301, wired.base), wired.offset_e4],
         None => [codes.raw(C1301, number), 0],
     }
