@@ -42,6 +42,8 @@ pub mod dp;
 pub mod driver;
 pub mod fdl;
 #[cfg(feature = "std")]
+pub mod gsd;
+#[cfg(feature = "std")]
 pub mod phy;
 pub mod station;
 pub mod time;
