@@ -1,0 +1,15 @@
+//! What the fuzz targets do with their octets: ordinary functions that panic when something is wrong.
+//!
+//! The fuzz targets call them with whatever libFuzzer thinks of, the test `fuzz` of the package `system-tests` with random octets and with
+//! everything in `corpus/`.
+#![allow(dead_code, reason = "each fuzz target uses one of them")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a panic is how these functions report what they found"
+)]
+
+pub(crate) mod decoder;
+pub(crate) mod input;
+pub(crate) mod master;
+pub(crate) mod parameter_channel;
+pub(crate) mod slave;

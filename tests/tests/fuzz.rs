@@ -1,0 +1,93 @@
+//! The bodies of the fuzz targets, on random octets and on everything the fuzzer found worth keeping (`fuzz/corpus`).
+//!
+//! `fuzz/README.md` says how to run the fuzzer itself.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test may unwrap: the panic is its report; helpers of tests are not covered by the setting"
+)]
+
+use std::path::Path;
+
+use proptest::prelude::*;
+
+#[path = "../../fuzz/bodies/mod.rs"]
+mod bodies;
+
+/// Runs a body on every file of its corpus; a panic names the file.
+fn replay(target: &str, body: fn(&[u8])) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../fuzz/corpus")
+        .join(target);
+    let mut files: Vec<_> = std::fs::read_dir(&folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
+    files.sort();
+    assert!(!files.is_empty(), "{} is empty", folder.display());
+    for file in files {
+        let octets = std::fs::read(&file).unwrap();
+        if std::panic::catch_unwind(|| body(&octets)).is_err() {
+            panic!("{}", file.display());
+        }
+    }
+}
+
+/// Octets in which small numbers, addresses and start delimiters are frequent.
+fn octets(most: usize) -> impl Strategy<Value = Vec<u8>> {
+    let octet = prop_oneof![
+        any::<u8>(),
+        0..16_u8,
+        prop::sample::select(vec![
+            0x10, 0x68, 0xA2, 0xDC, 0xE5, 0x16, 0x83, 0x82, 0x5D, 0x7D, 0xFD, 0xFE, 0xFF
+        ]),
+    ];
+    prop::collection::vec(octet, 0..most)
+}
+
+#[test]
+fn the_corpus_of_the_decoder_is_clean() {
+    replay("decoder", bodies::decoder::run);
+}
+
+#[test]
+fn the_corpus_of_the_slave_is_clean() {
+    replay("slave", bodies::slave::run);
+}
+
+#[test]
+fn the_corpus_of_the_master_is_clean() {
+    replay("master", bodies::master::run);
+}
+
+#[test]
+fn the_corpus_of_the_parameter_channel_is_clean() {
+    replay("parameter_channel", bodies::parameter_channel::run);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn any_stream_is_decoded_as_the_rules_say(octets in octets(300)) {
+        bodies::decoder::run(&octets);
+    }
+
+    #[test]
+    fn a_slave_survives_anything_and_starts_up_again(octets in octets(200)) {
+        bodies::slave::run(&octets);
+    }
+
+    #[test]
+    fn a_parameter_channel_survives_anything_and_answers_again(octets in octets(200)) {
+        bodies::parameter_channel::run(&octets);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn a_master_survives_anything_and_exchanges_data_again(octets in octets(120)) {
+        bodies::master::run(&octets);
+    }
+}
