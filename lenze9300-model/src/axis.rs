@@ -2,6 +2,8 @@
 
 use core::f64::consts::SQRT_2;
 
+use crate::code::CodeStore;
+use crate::code::table::number::{C0011, C0022, C0070, C0071, C0075, C0076, C0254, C0497};
 use crate::control::{CurrentController, Decoupling, PiGains, PositionController, SpeedController};
 use crate::plant::{
     DcLink, DcLinkParams, Dq, DriveTrain, Feedback, FeedbackParams, LinkState, LinkThresholds, Mains, MechanicsParams,
@@ -9,14 +11,20 @@ use crate::plant::{
 };
 use crate::units::{Percent, Rpm};
 
-/// Length of a tick, ns: one period of the current controller at a chopping frequency of 8 kHz (C0018 = 1).
+/// Length of a tick as delivered, ns: one period of the current controller at a chopping frequency of 8 kHz (C0018 = 1).
 pub const TICK_NS: u64 = 125_000;
 
-/// Ticks in a period of the speed controller.
-pub const TICKS_PER_SPEED_PERIOD: u64 = 2;
+/// Ticks of [`TICK_NS`] in a period of the speed controller.
+pub const TICKS_PER_SPEED_PERIOD: u64 = SPEED_PERIOD_NS / TICK_NS;
 
-/// Ticks in a millisecond, the period of the function blocks.
-pub const TICKS_PER_MS: u64 = 1_000_000 / TICK_NS;
+/// Ticks of [`TICK_NS`] in a millisecond, the period of the function blocks.
+pub const TICKS_PER_MS: u64 = POSITION_PERIOD_NS / TICK_NS;
+
+/// Period of the speed controller, ns. Source: 9300 facts 4.6 (assumed there).
+const SPEED_PERIOD_NS: u64 = 250_000;
+
+/// Period of position controller and function blocks, ns. Source: 9300 facts 4.6.
+const POSITION_PERIOD_NS: u64 = 1_000_000;
 
 /// Codes of the drive that set its controllers.
 ///
@@ -55,6 +63,24 @@ impl Default for ControllerCodes {
             c0254_position_gain: 0.4,
             c0497_speed_filter_s: 2.0e-3,
             c0909_speed_limit: Percent(175.0),
+        }
+    }
+}
+
+impl ControllerCodes {
+    /// The codes of a drive as they stand now. C0909 has no place in the store and keeps its 175 %.
+    #[must_use]
+    pub fn from_store(codes: &CodeStore) -> Self {
+        Self {
+            c0011_n_max: Rpm(codes.number(C0011, 0)),
+            c0022_i_max_a: codes.number(C0022, 0),
+            c0070_speed_gain: codes.number(C0070, 0),
+            c0071_speed_tn_s: codes.number(C0071, 0) / 1000.0,
+            c0075_current_gain: codes.number(C0075, 0),
+            c0076_current_tn_s: codes.number(C0076, 0) / 1000.0,
+            c0254_position_gain: codes.number(C0254, 0),
+            c0497_speed_filter_s: codes.number(C0497, 0) / 1000.0,
+            ..Self::default()
         }
     }
 }
@@ -101,6 +127,8 @@ pub struct AxisParams {
     pub n_plant_max: Rpm,
     /// Mains at power-up of the model.
     pub mains: Mains,
+    /// Length of a tick, ns, 10 000…250 000; values outside are limited to that range. 62 500 for a chopping frequency of 16 kHz.
+    pub tick_ns: u64,
 }
 
 impl Default for AxisParams {
@@ -115,11 +143,34 @@ impl Default for AxisParams {
             decoupling: Decoupling::On,
             n_plant_max: Rpm(5500.0),
             mains: Mains::On,
+            tick_ns: TICK_NS,
         }
     }
 }
 
 impl AxisParams {
+    /// Length of a tick, s.
+    #[must_use]
+    pub fn tick_s(&self) -> f64 {
+        self.tick_ns.clamp(10_000, SPEED_PERIOD_NS) as f64 * 1e-9
+    }
+
+    /// Ticks in a period of the speed controller: the whole number nearest to 250 µs, the smaller of two equally near.
+    ///
+    /// Interpretation: the chopping frequency changes the period of the current controller alone.
+    #[must_use]
+    pub fn ticks_per_speed_period(&self) -> u64 {
+        nearest_multiple(SPEED_PERIOD_NS, self.tick_ns.clamp(10_000, SPEED_PERIOD_NS))
+    }
+
+    /// Ticks in a period of the position controller: whole periods of the speed controller, as near to 1 ms as they come.
+    #[must_use]
+    pub fn ticks_per_position_period(&self) -> u64 {
+        let speed_ticks = self.ticks_per_speed_period();
+        let speed_ns = speed_ticks * self.tick_ns.clamp(10_000, SPEED_PERIOD_NS);
+        speed_ticks * nearest_multiple(POSITION_PERIOD_NS, speed_ns)
+    }
+
     /// Gains of the current controller, V/A and s: C0075 · U_dc/(√2 I_max) = 80 V/A for the thesis.
     #[must_use]
     pub fn current_gains(&self) -> PiGains {
@@ -164,6 +215,11 @@ pub enum AxisCommand {
     /// Output stage off at once, the motor coasts; the position is still measured.
     #[doc(alias = "Reglersperre")]
     Inhibited,
+    /// Make a torque, limited to C0022; the speed controller is led along, so that it takes over without a jump.
+    Torque {
+        /// Torque set-value, Nm; the current controller takes it up in this tick.
+        torque_nm: f64,
+    },
     /// Follow a speed. The speed controller takes the values up at its next period (every second tick).
     Speed {
         /// Speed set-value, rad/s at the motor shaft.
@@ -227,7 +283,7 @@ impl AxisSample {
 
 /// One axis in virtual time.
 ///
-/// A tick of [`TICK_NS`] runs, in this order: sample (taken at the end of the tick before) → position and interpolator (the
+/// A tick of [`AxisParams::tick_ns`] runs, in this order: sample (taken at the end of the tick before) → position and interpolator (the
 /// caller's, once a millisecond, through the command) → speed (every second tick) → current → the plant moves on under the
 /// voltage that the tick *before* has computed. One tick of computing delay, as in the drive.
 ///
@@ -247,7 +303,10 @@ pub struct Axis {
     i_q_ref: f64,
     amperes_per_nm: f64,
     filter_share: f64,
+    tick_s: f64,
     tick: u64,
+    ticks_per_speed_period: u64,
+    ticks_to_speed_period: u64,
     sample: AxisSample,
 }
 
@@ -255,8 +314,10 @@ impl Axis {
     /// An axis at rest at position 0; the DC link is charged if the mains are on.
     #[must_use]
     pub fn new(params: &AxisParams) -> Self {
-        let train = DriveTrain::new(&params.motor, &params.mechanics, params.n_plant_max.to_rad_s(), TICK_S);
-        let link = DcLink::new(&params.dc_link, params.mains, TICK_S);
+        let tick_s = params.tick_s();
+        let ticks_per_speed_period = params.ticks_per_speed_period();
+        let train = DriveTrain::new(&params.motor, &params.mechanics, params.n_plant_max.to_rad_s(), tick_s);
+        let link = DcLink::new(&params.dc_link, params.mains, tick_s);
         let sample = AxisSample {
             position: 0,
             omega_meas: 0.0,
@@ -276,20 +337,23 @@ impl Axis {
         };
         let mut axis = Self {
             params: *params,
-            feedback: Feedback::new(&params.feedback, train.angle(), TICK_S),
+            feedback: Feedback::new(&params.feedback, train.angle(), tick_s),
             speed: SpeedController::new(
                 params.speed_gains(),
                 params.torque_max_nm(),
-                TICKS_PER_SPEED_PERIOD as f64 * TICK_S,
+                ticks_per_speed_period as f64 * tick_s,
             ),
-            current: CurrentController::new(params.current_gains(), &params.motor, params.decoupling, TICK_S),
+            current: CurrentController::new(params.current_gains(), &params.motor, params.decoupling, tick_s),
             train,
             link,
             pending: OutputStage::Inhibited,
             i_q_ref: 0.0,
             amperes_per_nm: 0.0,
             filter_share: 1.0,
+            tick_s,
             tick: 0,
+            ticks_per_speed_period,
+            ticks_to_speed_period: 0,
             sample,
         };
         axis.set_codes(params.codes);
@@ -298,11 +362,26 @@ impl Axis {
 
     /// Moves the axis on by one tick and returns the way its shaft took.
     pub fn tick(&mut self, command: AxisCommand) -> ShaftSegment {
+        let speed_period = self.ticks_to_speed_period == 0;
+        self.ticks_to_speed_period = if speed_period {
+            self.ticks_per_speed_period - 1
+        } else {
+            self.ticks_to_speed_period - 1
+        };
         let applied = match command {
             AxisCommand::Speed { omega_ref, torque_ff } if self.sample.link == LinkState::Normal => {
-                self.control(omega_ref, torque_ff)
+                self.start_if_inhibited();
+                if speed_period {
+                    self.control_speed(omega_ref, torque_ff);
+                }
+                self.control_current()
             }
-            AxisCommand::Speed { .. } | AxisCommand::Inhibited => self.inhibit(),
+            AxisCommand::Torque { torque_nm } if self.sample.link == LinkState::Normal => {
+                self.start_if_inhibited();
+                self.command_torque(torque_nm);
+                self.control_current()
+            }
+            AxisCommand::Speed { .. } | AxisCommand::Torque { .. } | AxisCommand::Inhibited => self.inhibit(),
         };
         let segment = self.train.advance(applied);
         self.link.advance(self.train.electrical_power_w());
@@ -352,7 +431,7 @@ impl Axis {
             .set_gains(self.params.speed_gains(), self.params.torque_max_nm());
         self.current.set_gains(self.params.current_gains());
         self.amperes_per_nm = 1.0 / self.params.motor.torque_per_peak_ampere();
-        self.filter_share = TICK_S / (TICK_S + codes.c0497_speed_filter_s.max(0.0));
+        self.filter_share = self.tick_s / (self.tick_s + codes.c0497_speed_filter_s.max(0.0));
     }
 
     /// Lets the controllers start anew at the actual speed, without current set-value or integral torque.
@@ -375,19 +454,33 @@ impl Axis {
         self.sample.omega_true = omega_mech_rad_s;
     }
 
-    /// Speed and current controller; returns what the output stage does in this tick.
     #[inline]
-    fn control(&mut self, omega_ref: f64, torque_ff: f64) -> OutputStage {
+    fn start_if_inhibited(&mut self) {
         if self.pending == OutputStage::Inhibited {
             self.start();
         }
-        let applied = self.pending;
-        if self.tick.is_multiple_of(TICKS_PER_SPEED_PERIOD) {
-            let demand = self.speed.step(omega_ref - self.sample.omega_meas, torque_ff);
-            self.i_q_ref = demand.torque_nm * self.amperes_per_nm;
-            self.sample.torque_ref = demand.torque_nm;
-            self.sample.torque_limited = demand.limited;
-        }
+    }
+
+    #[inline]
+    fn control_speed(&mut self, omega_ref: f64, torque_ff: f64) {
+        let demand = self.speed.step(omega_ref - self.sample.omega_meas, torque_ff);
+        self.i_q_ref = demand.torque_nm * self.amperes_per_nm;
+        self.sample.torque_ref = demand.torque_nm;
+        self.sample.torque_limited = demand.limited;
+    }
+
+    fn command_torque(&mut self, torque_nm: f64) {
+        let max_nm = self.params.torque_max_nm();
+        let held = torque_nm.clamp(-max_nm, max_nm);
+        self.speed.preset(held);
+        self.i_q_ref = held * self.amperes_per_nm;
+        self.sample.torque_ref = held;
+        self.sample.torque_limited = held != torque_nm;
+    }
+
+    /// Current controller; returns what the output stage does in this tick: what the tick before has computed.
+    #[inline]
+    fn control_current(&mut self) -> OutputStage {
         let measured = Dq::new(self.sample.i_d, self.sample.i_q);
         let demand = self
             .current
@@ -395,8 +488,7 @@ impl Axis {
         let realised = limit_to_voltage_circle(demand.voltage, self.sample.u_dc);
         self.current.update(&demand, realised.voltage);
         self.sample.voltage_limited = realised.limited;
-        self.pending = OutputStage::Active(realised.voltage);
-        applied
+        std::mem::replace(&mut self.pending, OutputStage::Active(realised.voltage))
     }
 
     /// First tick with pulses: meets the turning motor with its own voltage, so that no current surges.
@@ -443,8 +535,10 @@ impl Axis {
     }
 }
 
-/// Length of a tick, s.
-const TICK_S: f64 = TICK_NS as f64 * 1e-9;
+/// How many of `part` come nearest to `whole`, at least one; of two equally near numbers the smaller.
+fn nearest_multiple(whole: u64, part: u64) -> u64 {
+    ((2 * whole + part - 1) / (2 * part)).max(1)
+}
 
 #[cfg(test)]
 mod tests {
@@ -469,6 +563,19 @@ mod tests {
         params.codes.c0076_current_tn_s = 2.0;
         assert_eq!(params.speed_gains().t_n_s, f64::INFINITY);
         assert_eq!(params.current_gains().t_n_s, f64::INFINITY);
+    }
+
+    #[test]
+    fn the_tick_follows_the_chopping_frequency_and_the_outer_periods_stay() {
+        // Source: 9300 facts 4.6: 250 µs and 1 ms; 16 kHz is a period of 62.5 µs.
+        for (tick_ns, speed, position) in [(125_000, 2, 8), (62_500, 4, 16), (100_000, 2, 10), (250_000, 1, 4)] {
+            let params = AxisParams {
+                tick_ns,
+                ..AxisParams::default()
+            };
+            assert_eq!(params.ticks_per_speed_period(), speed, "{tick_ns}");
+            assert_eq!(params.ticks_per_position_period(), position, "{tick_ns}");
+        }
     }
 
     #[test]

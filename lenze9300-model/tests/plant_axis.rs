@@ -329,3 +329,63 @@ fn a_locked_shaft_is_stuck_and_a_turning_one_is_not() {
         lenze9300_model::plant::DriveTrain::new(&PmsmParams::MDSKS036_13, &mechanics, 500.0, TICK_S).contact()
     });
 }
+
+// ---- torque command, tick
+
+#[test]
+fn a_commanded_torque_accelerates_the_inertia_and_is_held_at_c0022() {
+    // Newton: (0.2 − 0.05) Nm / 0.914e-4 kg m² over 50 ms, less the rise of the current (some 0.7 ms).
+    let mut axis = Axis::new(&AxisParams::default());
+    for _ in 0..400 {
+        axis.tick(AxisCommand::Torque { torque_nm: 0.2 });
+    }
+    let expected = 0.15 / 0.914e-4 * 0.05;
+    let ratio = axis.sample().omega_true / expected;
+    assert!((0.98..1.0).contains(&ratio), "{ratio}");
+    assert!(!axis.sample().torque_limited);
+    axis.tick(AxisCommand::Torque { torque_nm: 2.0 });
+    assert!(axis.sample().torque_limited);
+    assert!((axis.sample().torque_ref - 1.05).abs() < 1e-9);
+}
+
+#[test]
+fn the_speed_controller_takes_a_commanded_torque_over_without_a_jump() {
+    let mut axis = Axis::new(&AxisParams::default());
+    for _ in 0..400 {
+        axis.tick(AxisCommand::Torque { torque_nm: 0.2 });
+    }
+    let omega_ref = axis.sample().omega_meas;
+    axis.tick(AxisCommand::Speed {
+        omega_ref,
+        torque_ff: 0.0,
+    });
+    assert!(
+        (axis.sample().torque_ref - 0.2).abs() < 1e-9,
+        "{}",
+        axis.sample().torque_ref
+    );
+}
+
+#[test]
+fn at_16_khz_the_axis_follows_as_well_with_twice_the_ticks() {
+    // C0018 = 2: a tick of 62.5 µs; speed and position controller keep their 250 µs and 1 ms.
+    let params = AxisParams {
+        tick_ns: 62_500,
+        ..AxisParams::default()
+    };
+    let mut axis = Axis::new(&params);
+    for _ in 0..16_000 {
+        axis.tick(AxisCommand::Speed {
+            omega_ref: 100.0,
+            torque_ff: 0.0,
+        });
+    }
+    assert!(
+        (axis.sample().omega_true - 100.0).abs() < 0.2,
+        "{}",
+        axis.sample().omega_true
+    );
+    // A second at 100 rad/s but for the run-up.
+    let turned = axis.sample().position as f64 * std::f64::consts::TAU / 65_536.0;
+    assert!((97.0..100.5).contains(&turned), "{turned}");
+}

@@ -43,6 +43,11 @@ impl SpeedController {
         }
     }
 
+    /// Sets the integrator, Nm: what the axis makes while somebody else commands the torque.
+    pub fn preset(&mut self, torque_nm: f64) {
+        self.pi.reset(torque_nm);
+    }
+
     /// Empties the integrator.
     pub fn reset(&mut self) {
         self.pi.reset(0.0);

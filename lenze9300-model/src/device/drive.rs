@@ -6,9 +6,9 @@ use super::monitor::{FaultSet, Monitor, Restart};
 use super::nonvolatile::{NonVolatile, SetNumber};
 use super::parameter_sets::Transfer;
 use crate::code::table::number::{
-    C0002, C0003, C0011, C0022, C0040, C0042, C0043, C0050, C0051, C0052, C0053, C0054, C0056, C0057, C0059, C0060,
-    C0067, C0070, C0071, C0075, C0076, C0087, C0089, C0105, C0135, C0142, C0150, C0161, C0167, C0168, C0169, C0170,
-    C0173, C0178, C0179, C0183, C0254, C0255, C0497, C0596, C0858, C0859, C1218,
+    C0002, C0003, C0011, C0040, C0042, C0043, C0050, C0051, C0052, C0053, C0054, C0056, C0057, C0059, C0060, C0067,
+    C0087, C0089, C0105, C0135, C0142, C0150, C0161, C0167, C0168, C0169, C0170, C0173, C0178, C0179, C0183, C0255,
+    C0596, C0858, C0859, C1218,
 };
 use crate::code::{CodeError, CodeStore, Inhibit, WriteEffect};
 use crate::control::PositionController;
@@ -17,8 +17,8 @@ use crate::traverse::{
     ActiveEdge, LatchMode, Override, Program, Resolution, Setpoint, TouchProbe, Traverse, TraverseEvent,
     TraverseInputs, TraverseParameters, TraverseStatus, film_feed_program,
 };
-use crate::units::{INC_PER_RAD, Percent, Rpm};
-use crate::{Axis, AxisCommand, AxisParams, ControllerCodes, TICKS_PER_MS};
+use crate::units::{INC_PER_RAD, Rpm};
+use crate::{Axis, AxisCommand, AxisParams, ControllerCodes};
 use drivecom::AifControl;
 
 /// What a drive is made of.
@@ -133,7 +133,8 @@ pub struct DriveStatus {
     pub position: i32,
 }
 
-/// One drive. Call [`tick`](Self::tick) every 125 µs of its time.
+/// One drive. Call [`tick`](Self::tick) every 125 µs of its time (every [`AxisParams::tick_ns`], to be exact; the 1 ms task
+/// needs a tick that divides 250 µs).
 #[derive(Debug, Clone)]
 pub struct Drive {
     axis: Axis,
@@ -165,6 +166,7 @@ pub struct Drive {
     self_test_ms: u32,
     ms: u64,
     tick_in_ms: u64,
+    ticks_per_ms: u64,
     /// Resolver position at which POS-ACT is zero, increments.
     reference: i64,
     setpoint: Setpoint,
@@ -232,6 +234,7 @@ impl Drive {
             self_test_ms: config.self_test_ms,
             ms: 0,
             tick_in_ms: 0,
+            ticks_per_ms: config.axis.ticks_per_position_period(),
             reference: 0,
             setpoint: Setpoint::default(),
             following_error: 0,
@@ -249,7 +252,7 @@ impl Drive {
         self.memory
     }
 
-    /// One tick of the current controller, 125 µs: every eighth time the 1 ms task, then the control loops.
+    /// One tick of the current controller, 125 µs as delivered: every eighth time the 1 ms task, then the control loops.
     ///
     /// Returns the exact motion of the shaft, in which the machine finds the edges of its sensors; they come back by
     /// [`edge_e1`](Self::edge_e1) before the next tick.
@@ -257,7 +260,10 @@ impl Drive {
         if self.tick_in_ms == 0 {
             self.task_1ms();
         }
-        self.tick_in_ms = (self.tick_in_ms + 1) % TICKS_PER_MS;
+        self.tick_in_ms += 1;
+        if self.tick_in_ms == self.ticks_per_ms {
+            self.tick_in_ms = 0;
+        }
         self.axis.tick(self.command)
     }
 
@@ -345,7 +351,7 @@ impl Drive {
         let step = self.limits.speed_reference / ramp_s * 0.001;
         let speed = match self.command {
             AxisCommand::Speed { omega_ref, .. } => omega_ref,
-            AxisCommand::Inhibited => self.axis.sample().omega_meas,
+            AxisCommand::Torque { .. } | AxisCommand::Inhibited => self.axis.sample().omega_meas,
         };
         speed - speed.clamp(-step, step)
     }
@@ -706,7 +712,7 @@ impl Drive {
         let params = self.axis.params();
         let speed_reference = match self.command {
             AxisCommand::Speed { omega_ref, .. } => omega_ref,
-            AxisCommand::Inhibited => 0.0,
+            AxisCommand::Torque { .. } | AxisCommand::Inhibited => 0.0,
         };
         let torque_max_nm = params.torque_max_nm();
         let pole_pairs = 60.0 * self.codes.number(C0089, 0) / self.codes.number(C0087, 0);
@@ -763,17 +769,7 @@ impl Drive {
     fn take_over_codes(&mut self) {
         self.generation = self.codes.generation();
         let codes = &self.codes;
-        self.axis.set_codes(ControllerCodes {
-            c0011_n_max: Rpm(codes.number(C0011, 0)),
-            c0022_i_max_a: codes.number(C0022, 0),
-            c0070_speed_gain: codes.number(C0070, 0),
-            c0071_speed_tn_s: codes.number(C0071, 0) / 1000.0,
-            c0075_current_gain: codes.number(C0075, 0),
-            c0076_current_tn_s: codes.number(C0076, 0) / 1000.0,
-            c0254_position_gain: codes.number(C0254, 0),
-            c0497_speed_filter_s: codes.number(C0497, 0) / 1000.0,
-            c0909_speed_limit: SPEED_LIMIT,
-        });
+        self.axis.set_codes(ControllerCodes::from_store(codes));
         self.position = self.axis.params().position_controller();
         self.limits = Limits {
             speed_reference: Rpm(codes.number(C0011, 0)).to_rad_s(),
@@ -793,8 +789,6 @@ impl Drive {
 const FULL_SPEED: f64 = 16_384.0;
 /// Speed below which the axis counts as standing, share of C0011. Assumed (C0019 is 0 as delivered).
 const STANDSTILL_SHARE: f64 = 0.001;
-/// C0909, limit of the speed set-value, % of C0011 (fact sheet, section 4.6).
-const SPEED_LIMIT: Percent = Percent(175.0);
 
 /// What the drive sees before a module has said anything: inhibited and stopped.
 const BEFORE_FIRST_COMMAND: AifControl = AifControl(0).with_controller_inhibit(true).with_program_stop(true);
