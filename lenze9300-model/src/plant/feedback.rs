@@ -29,6 +29,33 @@ impl Default for FeedbackParams {
     }
 }
 
+/// Gains of the sampled tracking loop, both per tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct TrackingGains {
+    /// Share of the error that the position takes up.
+    pub(crate) position: f64,
+    /// Share of the error that the speed (increments a tick) takes up.
+    pub(crate) speed: f64,
+}
+
+impl FeedbackParams {
+    /// Gains of the tracking loop for a tick of `dt_s`.
+    pub(crate) fn tracking_gains(&self, dt_s: f64) -> TrackingGains {
+        // Poles s = −ζω ± jω√(1−ζ²) mapped by z = (1 + sT/2)/(1 − sT/2). The loop below has the characteristic polynomial
+        // z² − (2 − k1 − k2) z + (1 − k1). No exp, no cos: the gains are the same bits on every machine.
+        let wt = core::f64::consts::TAU * self.tracking_hz * dt_s;
+        let (damping, quarter) = (self.tracking_damping * wt, 0.25 * wt * wt);
+        let denominator = 1.0 + damping + quarter;
+        let product = (1.0 - damping + quarter) / denominator;
+        let sum = 2.0 * (1.0 - quarter) / denominator;
+        let position = 1.0 - product;
+        TrackingGains {
+            position,
+            speed: 2.0 - position - sum,
+        }
+    }
+}
+
 /// Position and speed as the controllers see them.
 ///
 /// The position is the exact angle rounded down to the resolver's step, without delay. The speed comes from a
@@ -52,18 +79,11 @@ impl Feedback {
     pub fn new(params: &FeedbackParams, angle: ShaftAngle, dt_s: f64) -> Self {
         let bits = params.resolver_bits.clamp(8, 16);
         let mask = !((1_i64 << (16 - bits)) - 1);
-        // Poles s = −ζω ± jω√(1−ζ²) mapped by z = (1 + sT/2)/(1 − sT/2). The loop below has the characteristic polynomial
-        // z² − (2 − k1 − k2) z + (1 − k1). No exp, no cos: the gains are the same bits on every machine.
-        let wt = core::f64::consts::TAU * params.tracking_hz * dt_s;
-        let (damping, quarter) = (params.tracking_damping * wt, 0.25 * wt * wt);
-        let denominator = 1.0 + damping + quarter;
-        let product = (1.0 - damping + quarter) / denominator;
-        let sum = 2.0 * (1.0 - quarter) / denominator;
-        let position_gain = 1.0 - product;
+        let gains = params.tracking_gains(dt_s);
         Self {
             mask,
-            position_gain,
-            speed_gain: 2.0 - position_gain - sum,
+            position_gain: gains.position,
+            speed_gain: gains.speed,
             rad_s_per_inc_tick: RAD_PER_INC / dt_s,
             position: angle.increments() & mask,
             error_inc: 0.0,

@@ -25,3 +25,4 @@ pub use shaft::{ShaftAngle, ShaftSegment};
 pub use solver::{MAX_STEP_TIMES_RADIUS, rk4_step, substeps};
 
 pub(crate) use drive_train::without_denormals;
+pub(crate) use feedback::TrackingGains;

@@ -1,9 +1,9 @@
-//! Tuning from inside out, formulas I to VI of the thesis (ch. 5.3, fig. 30 to 32).
+//! The formulas themselves.
 //!
-//! The formulas give gains for a controller in the form K_p (1 + 1/(T_N s)). They treat the sampled loops as continuous, as
-//! the thesis does; the dead time of a sampled loop enters through T_Σ, see [`sampled_t_sigma_s`].
+//! They give gains for a controller in the form K_p (1 + 1/(T_N s)). They treat the sampled loops as continuous, as the
+//! thesis does; the dead time of a sampled loop enters through T_Σ, see [`sampled_t_sigma_s`].
 
-use super::PiGains;
+use crate::control::PiGains;
 
 /// Magnitude optimum for a PI controller and a first-order plant, formulas I and II.
 ///
