@@ -8,6 +8,7 @@
 //! | [`plant`] | physics: mains, DC link, inverter, motor, shaft, resolver |
 //! | [`control`] | sampled loops: position, speed, current, and their tuning |
 //! | [`Axis`] | plant and loops together, tick by tick |
+//! | [`response`] | step responses and open loops of the axis |
 //! | [`code`] | the codes, their ranges and the negative answers |
 //! | [`traverse`] | the positioning program with its profile generator |
 //! | [`device`] | the drive: terminals, monitoring, the 1 ms task |
@@ -33,6 +34,7 @@ pub mod control;
 pub mod device;
 pub mod noise;
 pub mod plant;
+pub mod response;
 mod toml_file;
 pub mod traverse;
 pub mod units;
