@@ -5,6 +5,7 @@
 //! | `step` | lets the real controllers answer a small step on the real plant, and reads the figures off |
 //! | `linear` | the same sampled loop, linearised about its operating point, as matrices |
 //! | `margins` | crossover, phase margin and gain margin of an open loop |
+//! | `figures`, `plot` | all of it as table, JSON, picture |
 //!
 //! ```
 //! use lenze9300_model::AxisParams;
@@ -17,19 +18,26 @@
 //! assert!(margins.phase_margin_deg.is_some_and(|margin| margin > 45.0));
 //! ```
 
+mod figures;
 mod linear;
 mod margins;
+mod plot;
 mod step;
 
+pub use figures::LoopFigures;
 pub use linear::LinearLoop;
 pub use margins::{BodePoint, Margins};
+pub use plot::{PlotError, plot_open_loop, plot_step};
 pub use step::{StepPoint, StepResponse, StepSize};
+
+use serde::Serialize;
 
 use crate::AxisParams;
 use crate::units::RAD_PER_INC;
 
 /// One of the three loops.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum LoopKind {
     /// Current controller and winding, the shaft locked.
     Current,
@@ -49,6 +57,26 @@ pub struct LoopGains {
 }
 
 impl LoopKind {
+    /// `current`, `speed` or `position`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Current => "current",
+            Self::Speed => "speed",
+            Self::Position => "position",
+        }
+    }
+
+    /// Unit of the proportional gain.
+    #[must_use]
+    pub const fn gain_unit(self) -> &'static str {
+        match self {
+            Self::Current => "V/A",
+            Self::Speed => "Nm·s/rad",
+            Self::Position => "1/s",
+        }
+    }
+
     /// The gains that the codes of an axis give this loop.
     #[must_use]
     pub fn gains(self, params: &AxisParams) -> LoopGains {

@@ -1,7 +1,10 @@
 //! The modelled drive as a process.
 
+mod bode;
+mod loop_args;
 mod reader;
 mod serve;
+mod step;
 
 use std::process::ExitCode;
 
@@ -20,8 +23,14 @@ struct Cli {
 enum Command {
     /// Answer a DP master on a serial line or a pseudo-terminal, in real time.
     Serve(serve::ServeArgs),
+    /// Let a control loop answer a small step of its set-value: rise, overshoot, settling, margins.
+    Step(step::StepArgs),
+    /// Frequency response of an open control loop: crossover and margins.
+    Bode(bode::BodeArgs),
 }
 
+/// The job ran and did not succeed.
+const NOT_DONE: u8 = 1;
 /// Something given was wrong, or the port broke.
 const BAD_INPUT: u8 = 2;
 
@@ -45,7 +54,10 @@ fn main() -> ExitCode {
                 .collect();
             let message = lines.join(" ");
             let sentence = message.strip_prefix("error: ").unwrap_or(&message);
-            return fail(&format!("{sentence}; `lenze9300 serve --help` lists what is allowed"));
+            return fail(&format!(
+                "{sentence}; `lenze9300 {}--help` lists what is allowed",
+                subcommand()
+            ));
         }
     };
     match cli.command {
@@ -53,6 +65,30 @@ fn main() -> ExitCode {
             Ok(never) => match never {},
             Err(sentence) => fail(&sentence),
         },
+        Command::Step(args) => finish(step::step(&args)),
+        Command::Bode(args) => finish(bode::bode(&args)),
+    }
+}
+
+/// The subcommand that was typed, with a space behind it; empty when there was none.
+fn subcommand() -> String {
+    let known = ["serve", "step", "bode"];
+    let typed = std::env::args().nth(1).unwrap_or_default();
+    known
+        .iter()
+        .find(|name| **name == typed)
+        .map_or(String::new(), |name| format!("{name} "))
+}
+
+/// The exit code of a measurement: it failed when the loop does not come to rest.
+fn finish(outcome: Result<loop_args::Verdict, String>) -> ExitCode {
+    match outcome {
+        Ok(loop_args::Verdict::Stable) => ExitCode::SUCCESS,
+        Ok(loop_args::Verdict::Unstable) => {
+            eprintln!("lenze9300: the loop is unstable with these gains; lower the gain or raise the integral time");
+            ExitCode::from(NOT_DONE)
+        }
+        Err(sentence) => fail(&sentence),
     }
 }
 
