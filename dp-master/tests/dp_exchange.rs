@@ -153,10 +153,12 @@ fn sync_holds_the_outputs_until_the_next_sync_or_unsync() {
     let mut line = exchanging(thesis(), Mode::Operate);
     let slave = line.indices[0];
     let send = |line: &mut Line, command| {
-        line.master.send_control(GlobalControl {
-            command,
-            group_select: 0x01,
-        });
+        line.master
+            .send_control(GlobalControl {
+                command,
+                group_select: 0x01,
+            })
+            .unwrap();
         more(line, 3);
     };
     send(&mut line, ControlCommand::SYNC);
@@ -186,10 +188,12 @@ fn freeze_holds_the_inputs_and_unfreeze_frees_them() {
         (ControlCommand::FREEZE, 2),
         (ControlCommand::UNFREEZE, 3),
     ] {
-        line.master.send_control(GlobalControl {
-            command,
-            group_select: 0,
-        });
+        line.master
+            .send_control(GlobalControl {
+                command,
+                group_select: 0,
+            })
+            .unwrap();
         more(&mut line, 3);
         line.slaves[0].set_inputs(&[expected + 1; 16]);
         more(&mut line, 2);
@@ -203,10 +207,12 @@ fn freeze_holds_the_inputs_and_unfreeze_frees_them() {
 #[test]
 fn a_command_for_another_group_is_not_obeyed() {
     let mut line = exchanging(thesis(), Mode::Operate);
-    line.master.send_control(GlobalControl {
-        command: ControlCommand::CLEAR_DATA,
-        group_select: 0x02,
-    });
+    line.master
+        .send_control(GlobalControl {
+            command: ControlCommand::CLEAR_DATA,
+            group_select: 0x02,
+        })
+        .unwrap();
     more(&mut line, 3);
     assert!(!line.slave_events(0).contains(&SlaveEvent::OutputsCleared));
 }

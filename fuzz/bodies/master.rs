@@ -155,10 +155,13 @@ pub(crate) fn run(data: &[u8]) {
                 bench.master.set_outputs(bench.indices[0], &outputs).unwrap();
                 bench.slaves[1].set_inputs(&outputs);
             }
-            9 => bench.master.send_control(GlobalControl {
-                command: ControlCommand(input.octet()),
-                group_select: input.octet(),
-            }),
+            9 => {
+                // Refused in Stop and with a full queue.
+                let _ = bench.master.send_control(GlobalControl {
+                    command: ControlCommand(input.octet()),
+                    group_select: input.octet(),
+                });
+            }
             10 => {
                 let octets = input.octets();
                 let _ = bench.slaves[0].set_ext_diag(ExtDiag::Fault, octets, Overflow::Complete);
@@ -184,10 +187,17 @@ pub(crate) fn run(data: &[u8]) {
     // The line is undisturbed again: within two seconds the slaves get what was set for them.
     bench.run_for(Duration::from_millis(30));
     bench.master.set_mode(Mode::Operate);
-    bench.master.send_control(GlobalControl {
+    let release = GlobalControl {
         command: ControlCommand::UNSYNC.with(ControlCommand::UNFREEZE),
         group_select: 0,
-    });
+    };
+    for _ in 0..100 {
+        if bench.master.send_control(release).is_ok() {
+            break;
+        }
+        // Commands still wait for a slave that can obey.
+        bench.run_for(Duration::from_millis(5));
+    }
     for (index, outputs) in bench.indices.into_iter().zip([[0x12, 0x34], [0x56, 0x78]]) {
         bench.master.set_outputs(index, &outputs).unwrap();
     }

@@ -2,8 +2,8 @@
 
 use dp_master::address::Address;
 use dp_master::dp::{
-    AcceptedConfigurations, AddressChange, DpSlave, ExtDiag, OutputsOnLeave, Overflow, SlaveIdentity, SlavePhase,
-    StationStatus, Support, sap,
+    AcceptedConfigurations, AddressChange, Block, Blocks, DpSlave, ExtDiag, OutputsOnLeave, Overflow, SlaveIdentity,
+    SlavePhase, StationStatus, Support, sap,
 };
 use dp_master::station::{LineError, MAX_TELEGRAM, Station};
 use dp_master::time::{Baud, BitTimes, Duration, Instant};
@@ -278,7 +278,8 @@ pub(crate) fn run(data: &[u8]) {
                 };
                 let octets = input.octets();
                 let taken = bench.slave.set_ext_diag(kind, octets, Overflow::Complete);
-                assert_eq!(taken.is_ok(), octets.len() <= 238);
+                let whole = Blocks::new(octets).all(|block| !matches!(block, Block::Malformed { .. }));
+                assert_eq!(taken.is_ok(), whole && octets.len() <= 238);
                 bench.transmit();
             }
             8 => while bench.slave.poll_event().is_some() {},

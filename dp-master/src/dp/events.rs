@@ -40,6 +40,11 @@ impl<T: Copy, const N: usize> EventQueue<T, N> {
         event
     }
 
+    /// The oldest, left where it is.
+    pub(super) fn first(&self) -> Option<T> {
+        self.events.get(self.first).copied().flatten()
+    }
+
     pub(super) const fn lost(&self) -> u64 {
         self.lost
     }

@@ -1,21 +1,30 @@
 //! The DP master of class 1: one cycle over all its slaves for each token.
 //!
 //! ```text
-//! cycle: slave 0, slave 1, … slave n−1, Global_Control if there is one to send, one telegram of an acyclic job, token
+//! cycle: slave 0, slave 1, … slave n−1, Global_Control: mode, command; one telegram of an acyclic job, token
 //! ```
 //!
-//! A cycle begins no sooner than [`MasterConfig::min_cycle`] after the one before; a cycle that took longer is followed
-//! by the next at once, none is skipped or made up for.
+//! # Constant bus cycle
+//!
+//! Cycles begin [`MasterConfig::min_cycle`] apart. One that is not done when the next is due is an overrun: it is counted, the first of a row is an
+//! event, and [`MasterConfig::overrun`] says when the next one begins. No cycle is ever made up for.
+//!
+//! # Global_Control
+//!
+//! Each change of the mode is told to all slaves, and again to those that come later while the outputs are cleared. Commands of the user wait in a
+//! queue; one goes out per cycle.
 //!
 //! Source: IEC 61158-6-3; film-feed specification, section 2.
 
 use super::acyclic::{Count, Jobs};
 use super::control::{ControlCommand, GlobalControl};
-use super::diag::{Diagnosis, StandardDiag};
+use super::diag::{Diagnosis, StandardDiag, StationStatus};
 use super::events::EventQueue;
+use super::operation::{AutoClear, Judgement, Operation};
+use super::pace::{Overrun, Pace};
 use super::peer_fcb::PeerFcbs;
 use super::sap;
-use super::slave_handler::{Context, LossCause, SlaveConfig, SlaveHandler, SlaveState};
+use super::slave_handler::{Activation, Context, LossCause, SlaveConfig, SlaveHandler, SlaveState};
 use crate::address::Address;
 use crate::fdl::{
     Action, ActiveStation, BusParams, BusParamsError, Confirmation, FcbCounter, Outcome, Repeat, RingEvent, TokenUser,
@@ -35,6 +44,14 @@ pub struct MasterConfig {
     pub min_cycle: Duration,
     /// Pause before a slave that did not answer or refused is tried again. Default 20 ms.
     pub retry_interval: Duration,
+    /// When the next cycle begins after one that took too long. Default at once.
+    pub overrun: Overrun,
+    /// What a failed slave means to the others. Default nothing.
+    pub auto_clear: AutoClear,
+    /// Data_Control_Time: how long a slave may be without an answered Data_Exchange before Auto_Clear acts, at least two cycles. Default 100 ms.
+    pub data_control_time: Duration,
+    /// How often the mode is told with a Global_Control beside its changes. Default never: the exchange needs none.
+    pub announce_mode: Option<Duration>,
 }
 
 impl MasterConfig {
@@ -45,6 +62,10 @@ impl MasterConfig {
             params,
             min_cycle: Duration::ZERO,
             retry_interval: Duration::from_millis(20),
+            overrun: Overrun::FollowAtOnce,
+            auto_clear: AutoClear::Off,
+            data_control_time: Duration::from_millis(100),
+            announce_mode: None,
         }
     }
 }
@@ -130,12 +151,24 @@ pub enum MasterEvent {
         /// Octets received.
         got: usize,
     },
-    /// The exchange with the slave has ended.
+    /// The exchange with the slave has ended, or never came about although the slave accepted everything.
     SlaveLost {
         /// Which slave.
         slave: SlaveIndex,
         /// Why.
         cause: LossCause,
+    },
+    /// Auto_Clear: the outputs of all slaves are cleared because no data were exchanged with this one.
+    AutoCleared {
+        /// The first one that failed.
+        slave: SlaveIndex,
+    },
+    /// Auto_Clear: every slave exchanges data, the outputs are those that were set.
+    OutputsReleased,
+    /// A cycle was not done when the next one was due, and the one before was.
+    CycleOverrun {
+        /// How long it took from its start to its last telegram.
+        took: Duration,
     },
 }
 
@@ -160,6 +193,12 @@ pub struct MasterStatistics {
     pub exchanges: u64,
     /// DP cycles completed.
     pub cycles: u64,
+    /// Cycles that were not done when the next one was due, if there is a `min_cycle`.
+    pub overruns: u64,
+    /// Periods without a start of a cycle, see [`Overrun::KeepPhase`].
+    pub missed_cycles: u64,
+    /// Answered exchanges in which the slave had no room for its outputs (RR, RDL, RDH); they are sent again in the next cycle.
+    pub outputs_refused: u64,
     /// From the start of the last complete cycle to the start of the next.
     pub last_cycle: Duration,
     /// Mean of all cycles.
@@ -195,20 +234,29 @@ impl<const N: usize> DpMaster<N> {
         if config.address.is_broadcast() {
             return Err(MasterError::Address { got: config.address });
         }
+        let two_cycles = config.min_cycle.as_nanos().saturating_mul(2);
+        if config.auto_clear != AutoClear::Off && config.data_control_time.as_nanos() < two_cycles {
+            return Err(MasterError::DataControlTime {
+                least: Duration::from_nanos(two_cycles),
+                got: config.data_control_time,
+            });
+        }
         Ok(Self {
             fdl: ActiveStation::new(config.address, config.params),
             cyclic: Cyclic {
                 config,
-                mode: Mode::Stop,
+                operation: Operation::Stop,
                 slaves: [const { None }; N],
                 count: 0,
                 step: Step::Begin,
                 stale: false,
-                control: None,
+                announcement_due: false,
+                announced: Instant::ZERO,
+                commands: CommandQueue::new(),
                 control_octets: [0; 2],
                 jobs: Jobs::new(config.address),
                 peers: PeerFcbs::new(),
-                cycle_started: None,
+                pace: Pace::new(config.min_cycle, config.overrun),
                 cycles_total: Duration::ZERO,
                 statistics: MasterStatistics::default(),
                 events: EventQueue::new(),
@@ -246,38 +294,73 @@ impl<const N: usize> DpMaster<N> {
         self.cyclic.count
     }
 
-    /// Changes the mode. In Clear and Operate a Global_Control tells the slaves with the end of the cycle; Stop forgets
-    /// all slave states, so that leaving it starts them up again.
+    /// Changes the mode. In Clear and Operate a Global_Control tells the slaves with the end of the cycle; Stop forgets all slave states, so that
+    /// leaving it starts them up again.
+    ///
+    /// With Auto_Clear, Operate begins once every slave exchanges data; until then the mode is Clear.
     pub fn set_mode(&mut self, mode: Mode) {
-        if self.cyclic.mode == mode {
+        let cyclic = &mut self.cyclic;
+        let next = cyclic.operation.request(mode, cyclic.config.auto_clear);
+        let before = core::mem::replace(&mut cyclic.operation, next);
+        if before.mode() == next.mode() {
             return;
         }
-        self.cyclic.mode = mode;
-        match mode {
-            Mode::Stop => {
-                self.cyclic.control = None;
-                self.cyclic.stop_slaves();
-            }
-            Mode::Clear => self.cyclic.control = Some(ALL_CLEAR),
-            Mode::Operate => self.cyclic.control = Some(ALL_OPERATE),
+        cyclic.announcement_due = next != Operation::Stop;
+        if next == Operation::Stop {
+            cyclic.commands = CommandQueue::new();
+            cyclic.stop_slaves();
         }
     }
 
-    /// The mode.
+    /// The mode in force.
     pub fn mode(&self) -> Mode {
-        self.cyclic.mode
+        self.cyclic.operation.mode()
     }
 
-    /// Sends a Global_Control (Sync, Freeze…) with the end of this cycle; one that was not sent yet is replaced.
+    /// The mode that was asked for: Operate while Auto_Clear waits for the slaves.
+    pub fn requested_mode(&self) -> Mode {
+        self.cyclic.operation.requested()
+    }
+
+    /// Sends a Global_Control (Sync, Freeze…) with the end of a cycle in which a slave exchanges data; one goes out per cycle, in their order.
     ///
-    /// In Clear the Clear_Data bit is added; in Stop nothing is sent.
-    pub fn send_control(&mut self, control: GlobalControl) {
-        let command = match self.cyclic.mode {
-            Mode::Stop => return,
-            Mode::Clear => control.command.with(ControlCommand::CLEAR_DATA),
-            Mode::Operate => control.command,
+    /// In Clear the Clear_Data bit is added.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError`] in Stop, and when eight wait already.
+    pub fn send_control(&mut self, control: GlobalControl) -> Result<(), ControlError> {
+        if self.cyclic.operation == Operation::Stop {
+            return Err(ControlError::Stopped);
+        }
+        let lost = self.cyclic.commands.lost();
+        self.cyclic.commands.push(control);
+        if self.cyclic.commands.lost() == lost {
+            Ok(())
+        } else {
+            Err(ControlError::Full)
+        }
+    }
+
+    /// Serves a slave or leaves it alone; `false` for an index of another master. One that is activated is started up.
+    pub fn set_activation(&mut self, slave: SlaveIndex, activation: Activation) -> bool {
+        let cyclic = &mut self.cyclic;
+        let context = context(&cyclic.config, slave.position());
+        let Some(Some(handler)) = cyclic.slaves.get_mut(slave.position()) else {
+            return false;
         };
-        self.cyclic.control = Some(GlobalControl { command, ..control });
+        if let Some(event) = handler.set_activation(activation, &context) {
+            cyclic.events.push(event);
+        }
+        cyclic.stale |= cyclic.step == Step::Slave(slave.position());
+        true
+    }
+
+    /// The status of a slave as its master sees it: the bits of the diagnosis read last, with those that only a master knows
+    /// (Station_Non_Existent, Invalid_Slave_Response, Master_Lock, Deactivated).
+    pub fn station_status(&self, slave: SlaveIndex) -> StationStatus {
+        self.handler(slave)
+            .map_or(StationStatus::default(), SlaveHandler::status)
     }
 
     /// Sets the outputs of a slave, from its next Data_Exchange on.
@@ -397,7 +480,9 @@ enum Step {
     Begin,
     /// The slave at this place is next, or its request is under way.
     Slave(usize),
-    /// The Global_Control at the end, or its telegram is under way.
+    /// The Global_Control that tells the mode, or it is under way.
+    Announce,
+    /// The Global_Control of the user, or it is under way.
     Control,
     /// One telegram of an acyclic job, or it is under way.
     Acyclic,
@@ -408,38 +493,36 @@ enum Step {
 #[derive(Debug, Clone)]
 struct Cyclic<const N: usize> {
     config: MasterConfig,
-    mode: Mode,
+    operation: Operation,
     slaves: [Option<SlaveHandler>; N],
     count: usize,
     step: Step,
-    /// The answer under way belongs to a slave state that Stop has ended.
+    /// What is under way belongs to a time before Stop: slave states, commands.
     stale: bool,
-    control: Option<GlobalControl>,
+    /// The slaves have to be told the mode.
+    announcement_due: bool,
+    /// When they were told last.
+    announced: Instant,
+    /// Commands of the user, the oldest is next.
+    commands: CommandQueue,
     control_octets: [u8; 2],
     jobs: Jobs,
     /// Frame count bits towards the stations of the jobs that are no slaves of ours.
     peers: PeerFcbs,
-    cycle_started: Option<Instant>,
+    pace: Pace,
     cycles_total: Duration,
     statistics: MasterStatistics,
     events: EventQueue<MasterEvent, EVENTS>,
 }
 
 const EVENTS: usize = 32;
-const ALL_OPERATE: GlobalControl = GlobalControl {
-    command: ControlCommand::OPERATE,
-    group_select: 0,
-};
-const ALL_CLEAR: GlobalControl = GlobalControl {
-    command: ControlCommand::CLEAR_DATA,
-    group_select: 0,
-};
+type CommandQueue = EventQueue<GlobalControl, 8>;
 
 impl<const N: usize> Cyclic<N> {
     fn begin_cycle(&mut self, now: Instant) {
-        if let Some(started) = self.cycle_started {
-            let cycle = now - started;
-            let statistics = &mut self.statistics;
+        let begun = self.pace.begin(now);
+        let statistics = &mut self.statistics;
+        if let Some(cycle) = begun.last_cycle {
             statistics.least_cycle = match statistics.cycles {
                 0 => cycle,
                 _ => statistics.least_cycle.min(cycle),
@@ -449,7 +532,39 @@ impl<const N: usize> Cyclic<N> {
             statistics.cycles += 1;
             self.cycles_total += cycle;
         }
-        self.cycle_started = Some(now);
+        statistics.missed_cycles += begun.missed;
+        if let Some(took) = begun.overran {
+            statistics.overruns += 1;
+            if begun.is_first {
+                self.events.push(MasterEvent::CycleOverrun { took });
+            }
+        }
+        self.judge(now);
+        if let Some(interval) = self.config.announce_mode {
+            self.announcement_due |= self.announced + interval <= now;
+        }
+    }
+
+    /// Auto_Clear.
+    fn judge(&mut self, now: Instant) {
+        if self.config.auto_clear == AutoClear::Off {
+            return;
+        }
+        let control_time = self.config.data_control_time;
+        let awaited = self.operation == Operation::AwaitSlaves;
+        let failed = self.slaves.iter_mut().position(|slave| {
+            slave.as_mut().is_some_and(|slave| {
+                slave.counts_for_auto_clear() && (slave.silent_for(now) > control_time || awaited && !slave.is_served())
+            })
+        });
+        match self.operation.judge(self.config.auto_clear, failed.is_none()) {
+            Judgement::Unchanged => return,
+            Judgement::Released => self.events.push(MasterEvent::OutputsReleased),
+            Judgement::Cleared => self.events.push(MasterEvent::AutoCleared {
+                slave: SlaveIndex(failed.unwrap_or_default() as u8),
+            }),
+        }
+        self.announcement_due = true;
     }
 
     fn stop_slaves(&mut self) {
@@ -480,14 +595,24 @@ impl<const N: usize> Cyclic<N> {
         }
     }
 
-    /// The Global_Control waits until somebody can obey it.
-    fn control_is_due(&self) -> bool {
-        self.control.is_some()
-            && self
-                .slaves
-                .iter()
-                .flatten()
-                .any(|slave| slave.state() == SlaveState::DataExchange)
+    /// A Global_Control waits until somebody can obey it.
+    fn somebody_obeys(&self) -> bool {
+        let mut slaves = self.slaves.iter().flatten();
+        slaves.any(|slave| slave.state() == SlaveState::DataExchange)
+    }
+
+    /// The Global_Control that is due in this step.
+    fn control(&self) -> Option<GlobalControl> {
+        let control = match self.step {
+            Step::Announce if self.announcement_due => self.operation.announcement(),
+            Step::Control => self.commands.first(),
+            _ => None,
+        }?;
+        let command = match self.operation.mode() {
+            Mode::Operate => control.command,
+            Mode::Clear | Mode::Stop => control.command.with(ControlCommand::CLEAR_DATA),
+        };
+        self.somebody_obeys().then_some(GlobalControl { command, ..control })
     }
 }
 
@@ -506,32 +631,30 @@ impl<const N: usize> TokenUser for Cyclic<N> {
         // Nothing is under way when this is asked.
         self.stale = false;
         if self.step == Step::Begin {
-            if let Some(started) = self.cycle_started {
-                let due = started + self.config.min_cycle;
-                if now < due {
-                    return Action::WaitUntil(due);
-                }
+            let due = self.pace.due(now);
+            if now < due {
+                return Action::WaitUntil(due);
             }
             self.begin_cycle(now);
             self.step = Step::Slave(0);
         }
         if let Step::Slave(first) = self.step {
-            let first = if self.mode == Mode::Stop { N } else { first };
+            let first = if self.operation == Operation::Stop { N } else { first };
             let due = (first..self.count)
                 .find(|&place| matches!(self.slaves.get(place), Some(Some(slave)) if slave.is_due(now)));
-            self.step = due.map_or(Step::Control, Step::Slave);
+            self.step = due.map_or(Step::Announce, Step::Slave);
         }
         if let Step::Slave(place) = self.step {
             return match self.slaves.get(place) {
-                Some(Some(handler)) => handler.next_action(now, self.config.address, self.mode),
+                Some(Some(handler)) => handler.next_action(now, self.config.address, self.operation.mode()),
                 // The place was found above.
                 _ => Action::PassToken,
             };
         }
-        if self.step == Step::Control
-            && self.control_is_due()
-            && let Some(control) = self.control
-        {
+        if self.step == Step::Announce && self.control().is_none() {
+            self.step = Step::Control;
+        }
+        if let Some(control) = self.control() {
             self.control_octets = control.octets();
             let fc = FunctionCode::request(Fcb::Inactive, RequestFunction::SdnHigh);
             let header =
@@ -552,6 +675,7 @@ impl<const N: usize> TokenUser for Cyclic<N> {
             }
         }
         self.step = Step::Begin;
+        self.pace.end(now);
         Action::PassToken
     }
 
@@ -575,6 +699,11 @@ impl<const N: usize> TokenUser for Cyclic<N> {
                 if report.rejected {
                     self.statistics.rejected += 1;
                 }
+                if report.outputs_refused {
+                    self.statistics.outputs_refused += 1;
+                }
+                // Who comes later has not heard that the outputs are cleared.
+                self.announcement_due |= self.operation.mode() == Mode::Clear && report.entered;
                 if let Some(event) = report.event {
                     self.events.push(event);
                 }
@@ -598,12 +727,23 @@ impl<const N: usize> TokenUser for Cyclic<N> {
                     }
                 }
             }
-            Step::Control | Step::Begin | Step::End => {
-                if outcome == Outcome::Sent {
-                    self.control = None;
+            Step::Announce => {
+                // The mode may have changed while the telegram was on its way.
+                let told = self.operation.announcement().map(GlobalControl::octets);
+                if outcome == Outcome::Sent && told == Some(self.control_octets) {
+                    self.announcement_due = false;
+                    self.announced = now;
+                }
+                self.step = Step::Control;
+            }
+            Step::Control => {
+                // Stop has emptied the queue: what is in it now was not sent.
+                if outcome == Outcome::Sent && !self.stale {
+                    self.commands.pop();
                 }
                 self.step = Step::Acyclic;
             }
+            Step::Begin | Step::End => {}
         }
     }
 
@@ -612,7 +752,7 @@ impl<const N: usize> TokenUser for Cyclic<N> {
             RingEvent::Claimed => {
                 self.step = Step::Begin;
                 // The silence before was no cycle.
-                self.cycle_started = None;
+                self.pace.restart();
                 self.peers.forget();
                 self.events.push(MasterEvent::TokenClaimed);
             }
@@ -630,6 +770,14 @@ pub enum MasterError {
     /// A bus parameter breaks a rule.
     #[error("bus parameters: {0}")]
     Params(#[from] BusParamsError),
+    /// Data_Control_Time is too short to be kept.
+    #[error("Data_Control_Time: expected at least two cycles = {} µs, got {} µs", least.as_nanos() / 1_000, got.as_nanos() / 1_000)]
+    DataControlTime {
+        /// Two cycles.
+        least: Duration,
+        /// The value.
+        got: Duration,
+    },
     /// 127 is no station.
     #[error("master address: expected 0 to 126, got {got}")]
     Address {
@@ -666,6 +814,18 @@ pub enum AddSlaveError {
         /// The value.
         got: u8,
     },
+}
+
+/// Why a Global_Control was not taken over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ControlError {
+    /// In Stop the master talks to no slave.
+    #[error("Global_Control: the master is in Stop; set Clear or Operate first")]
+    Stopped,
+    /// Eight are waiting.
+    #[error("Global_Control: eight commands wait to be sent; one goes out per cycle")]
+    Full,
 }
 
 /// Outputs of another length than configured.

@@ -65,6 +65,8 @@ mod diag_block;
 mod events;
 mod image;
 mod master;
+mod operation;
+mod pace;
 mod peer_fcb;
 mod prm;
 mod set_slave_add;
@@ -84,8 +86,11 @@ pub use diag_block::{
 };
 pub use image::{MAX_DATA, Octets, ProcessImage};
 pub use master::{
-    AddSlaveError, DpMaster, MasterConfig, MasterError, MasterEvent, MasterStatistics, Mode, OutputsError, SlaveIndex,
+    AddSlaveError, ControlError, DpMaster, MasterConfig, MasterError, MasterEvent, MasterStatistics, Mode,
+    OutputsError, SlaveIndex,
 };
+pub use operation::AutoClear;
+pub use pace::Overrun;
 pub use prm::{
     FREEZE_REQ, LOCK_REQ, LockRequest, MAX_USER_PRM, SET_PRM_LEN, SYNC_REQ, SetPrm, SetPrmError, UNLOCK_REQ, WD_ON,
 };
@@ -93,7 +98,7 @@ pub use set_slave_add::{
     AddressLock, MAX_NEW_ADDRESS, MAX_REMAINING, SET_SLAVE_ADD_LEN, SetSlaveAdd, SetSlaveAddError,
 };
 pub use slave::{AddressKept, DpSlave, ExtDiag, ExtDiagError, LeaveReason, SlaveEvent, SlavePhase, SlaveStatistics};
-pub use slave_handler::{ClearOutputs, Demand, LossCause, SlaveConfig, SlaveState};
+pub use slave_handler::{Activation, AutoClearVote, ClearOutputs, Demand, LossCause, SlaveConfig, SlaveState};
 pub use slave_identity::{
     AcceptedConfigurations, AddressChange, IdentityError, OutputsOnLeave, SlaveIdentity, Support,
 };

@@ -753,29 +753,36 @@ impl Device {
         }
     }
 
-    /// Clear_Data first: a Sync in the same telegram then holds the zeros. "Un" wins over its opposite.
+    /// Clear_Data first: a Sync in the same telegram then holds the zeros. "Un" wins over its opposite. What the device cannot do is told with
+    /// Not_Supported.
     fn global_control(&mut self, command: ControlCommand) {
         if command.contains(ControlCommand::CLEAR_DATA) {
             self.clear_outputs();
         }
-        if self.identity.sync == Support::Supported {
-            if command.contains(ControlCommand::UNSYNC) {
-                self.sync = Hold::Follows;
-                self.release_outputs();
-            } else if command.contains(ControlCommand::SYNC) {
-                self.sync = Hold::Held;
-                self.release_outputs();
-            }
+        let sync = hold_after(command, ControlCommand::SYNC, ControlCommand::UNSYNC);
+        if let Some(hold) = sync
+            && self.can(self.identity.sync)
+        {
+            self.sync = hold;
+            self.release_outputs();
         }
-        if self.identity.freeze == Support::Supported {
-            if command.contains(ControlCommand::UNFREEZE) {
-                self.freeze = Hold::Follows;
-                self.release_inputs();
-            } else if command.contains(ControlCommand::FREEZE) {
-                self.freeze = Hold::Held;
-                self.release_inputs();
-            }
+        let freeze = hold_after(command, ControlCommand::FREEZE, ControlCommand::UNFREEZE);
+        if let Some(hold) = freeze
+            && self.can(self.identity.freeze)
+        {
+            self.freeze = hold;
+            self.release_inputs();
         }
+    }
+
+    /// Whether the device can do what it was asked for; if not, the master is told.
+    fn can(&mut self, support: Support) -> bool {
+        let can = support == Support::Supported;
+        if !can && !self.faults.contains(StationStatus::NOT_SUPPORTED) {
+            self.faults = self.faults.with(StationStatus::NOT_SUPPORTED);
+            self.diag_pending = true;
+        }
+        can
     }
 
     fn release_inputs(&mut self) {
@@ -825,6 +832,15 @@ impl Device {
             }
             self.events.push(SlaveEvent::LeftDataExchange { reason });
         }
+    }
+}
+
+/// What a Global_Control asks of an image: held, following, or neither.
+fn hold_after(command: ControlCommand, hold: ControlCommand, follow: ControlCommand) -> Option<Hold> {
+    if command.contains(follow) {
+        Some(Hold::Follows)
+    } else {
+        command.contains(hold).then_some(Hold::Held)
     }
 }
 

@@ -42,6 +42,26 @@ pub enum ClearOutputs {
     Empty,
 }
 
+/// Whether a slave that fails clears all the others (Auto_Clear).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AutoClearVote {
+    /// It does.
+    #[default]
+    Counts,
+    /// It does not (Ignore_ACLR).
+    Ignored,
+}
+
+/// Whether a master serves a slave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Activation {
+    /// It does.
+    #[default]
+    Active,
+    /// It knows it, but leaves it alone: a device that is not built yet, or under repair.
+    Inactive,
+}
+
 /// What a master knows about one slave.
 ///
 /// # Example
@@ -81,6 +101,10 @@ pub struct SlaveConfig {
     pub min_slave_interval: Duration,
     /// What is sent in Clear.
     pub clear_outputs: ClearOutputs,
+    /// Whether it counts for Auto_Clear.
+    pub auto_clear: AutoClearVote,
+    /// Whether it is served from the start.
+    pub activation: Activation,
 }
 
 impl SlaveConfig {
@@ -102,6 +126,8 @@ impl SlaveConfig {
             freeze: Demand::No,
             min_slave_interval: Duration::ZERO,
             clear_outputs: ClearOutputs::Zeros,
+            auto_clear: AutoClearVote::Counts,
+            activation: Activation::Active,
         })
     }
 
@@ -185,6 +211,7 @@ pub enum LossCause {
 pub(super) struct SlaveHandler {
     config: SlaveConfig,
     prm: Octets<{ SET_PRM_LEN + MAX_USER_PRM }>,
+    activation: Activation,
     fcb: FcbCounter,
     state: SlaveState,
     /// In data exchange: the slave announced diagnosis.
@@ -196,6 +223,10 @@ pub(super) struct SlaveHandler {
     diagnosis: Option<Diagnosis>,
     /// What was reported last, so that it is reported once.
     refused: Option<Refusal>,
+    /// Data were exchanged since the start-up.
+    served: bool,
+    /// No data were exchanged since, whatever start-ups came in between; `None` before anybody asked.
+    silent_since: Option<Instant>,
     /// Set_Prm or Chk_Cfg was refused on the data link layer; the diagnosis read next says why.
     rejected: Option<ResponseFunction>,
     exchanges: u64,
@@ -207,6 +238,10 @@ pub(super) struct Report {
     pub(super) event: Option<MasterEvent>,
     /// The request was a Data_Exchange that was answered with data or an acknowledgement.
     pub(super) exchanged: bool,
+    /// The slave had no room for its outputs (RR, RDL, RDH).
+    pub(super) outputs_refused: bool,
+    /// The slave is in data exchange now, and was not before.
+    pub(super) entered: bool,
     /// The slave refused (RS, UE, RR…).
     pub(super) rejected: bool,
 }
@@ -220,6 +255,7 @@ impl SlaveHandler {
         debug_assert!(written.is_ok());
         Self {
             prm,
+            activation: config.activation,
             fcb: FcbCounter::START,
             state: SlaveState::Offline,
             diag_due: false,
@@ -228,6 +264,8 @@ impl SlaveHandler {
             outputs: ProcessImage::zeroed(lengths.outputs),
             diagnosis: None,
             refused: None,
+            served: false,
+            silent_since: None,
             rejected: None,
             exchanges: 0,
             config,
@@ -257,7 +295,8 @@ impl SlaveHandler {
 
     /// Whether there is something to do in this cycle.
     pub(super) fn is_due(&self, now: Instant) -> bool {
-        !matches!(self.state, SlaveState::Offline | SlaveState::Refused) || self.due <= now
+        let paused = matches!(self.state, SlaveState::Offline | SlaveState::Refused) && now < self.due;
+        self.activation == Activation::Active && !paused
     }
 
     /// What to do in this cycle when it [is due](Self::is_due).
@@ -296,6 +335,8 @@ impl SlaveHandler {
         let mut report = Report {
             event: None,
             exchanged: false,
+            outputs_refused: false,
+            entered: false,
             rejected: false,
         };
         match outcome {
@@ -322,8 +363,17 @@ impl SlaveHandler {
                     | ResponseFunction::DataHigh
                     | ResponseFunction::NoReplyData
             );
+            report.outputs_refused = self.state == SlaveState::DataExchange
+                && !self.diag_due
+                && matches!(
+                    function,
+                    ResponseFunction::NoResource
+                        | ResponseFunction::DataLowNoResource
+                        | ResponseFunction::DataHighNoResource
+                );
         }
         let answer = Answer::of(outcome);
+        let before = self.state;
         report.event = match self.state {
             SlaveState::Offline | SlaveState::Refused => self.found(now, answer, context),
             SlaveState::WaitPrm | SlaveState::WaitCfg => match answer {
@@ -350,12 +400,13 @@ impl SlaveHandler {
             SlaveState::DataExchange if self.diag_due => self.diagnosed(now, answer, context),
             SlaveState::DataExchange => {
                 self.due = started + self.config.min_slave_interval;
-                report.exchanged = true;
+                let before = self.exchanges;
                 let event = self.exchanged(now, answer, context);
-                report.exchanged = event.is_none();
+                report.exchanged = self.exchanges != before;
                 event
             }
         };
+        report.entered = self.state == SlaveState::DataExchange && before != SlaveState::DataExchange;
         report
     }
 
@@ -375,7 +426,59 @@ impl SlaveHandler {
         let event = self.lose(Instant::ZERO, LossCause::Stopped, context);
         self.due = Instant::ZERO;
         self.refused = None;
+        self.silent_since = None;
         event
+    }
+
+    /// Serves the slave or leaves it alone.
+    pub(super) fn set_activation(&mut self, activation: Activation, context: &Context) -> Option<MasterEvent> {
+        self.activation = activation;
+        match activation {
+            Activation::Active => None,
+            Activation::Inactive => self.stop(context),
+        }
+    }
+
+    /// Whether Auto_Clear has to ask for the slave.
+    pub(super) fn counts_for_auto_clear(&self) -> bool {
+        self.activation == Activation::Active && self.config.auto_clear == AutoClearVote::Counts
+    }
+
+    /// How long no data were exchanged; for a slave just activated from now on.
+    pub(super) fn silent_for(&mut self, now: Instant) -> Duration {
+        now - *self.silent_since.get_or_insert(now)
+    }
+
+    /// Whether data are exchanged just now.
+    pub(super) fn is_served(&self) -> bool {
+        self.state == SlaveState::DataExchange && self.served
+    }
+
+    /// The status of the station as its master sees it: what it said last, with the bits that only a master knows.
+    ///
+    /// Source: IEC 61158-6-3, Slave_Diag: octet 1 bits 0, 5, 7 and octet 2 bit 7 are set by the master.
+    pub(super) fn status(&self) -> StationStatus {
+        let said = self
+            .diagnosis
+            .map_or(StationStatus::default(), |diagnosis| diagnosis.standard.status);
+        let by_master = StationStatus::STATION_NON_EXISTENT
+            .with(StationStatus::INVALID_SLAVE_RESPONSE)
+            .with(StationStatus::MASTER_LOCK)
+            .with(StationStatus::DEACTIVATED);
+        let (unreadable, locked) = match self.refused {
+            Some(Refusal::NoDiagnosis { .. } | Refusal::Exchange(LossCause::InputLength { .. })) => (true, false),
+            Some(Refusal::OwnedBy(_)) => (false, true),
+            _ => (false, false),
+        };
+        let inactive = self.activation == Activation::Inactive;
+        said.without(by_master)
+            .with_if(
+                StationStatus::STATION_NON_EXISTENT,
+                self.state == SlaveState::Offline && !inactive,
+            )
+            .with_if(StationStatus::INVALID_SLAVE_RESPONSE, unreadable)
+            .with_if(StationStatus::MASTER_LOCK, locked)
+            .with_if(StationStatus::DEACTIVATED, inactive)
     }
 
     fn outputs_on_the_bus(&self, mode: Mode) -> &[u8] {
@@ -423,8 +526,13 @@ impl SlaveHandler {
             None
         } else {
             self.state = SlaveState::DataExchange;
-            self.refused = None;
+            self.served = false;
             self.due = now;
+            if matches!(self.refused, Some(Refusal::Exchange(_))) {
+                // It has accepted everything before and then not exchanged: told once it does.
+                return None;
+            }
+            self.refused = None;
             Some(MasterEvent::DataExchange { slave: context.slave })
         }
     }
@@ -455,29 +563,47 @@ impl SlaveHandler {
         })
     }
 
+    /// The end of a Data_Exchange.
+    ///
+    /// | answer | inputs | outputs | then |
+    /// |---|---|---|---|
+    /// | DL, DH | taken | taken | DH: Slave_Diag next |
+    /// | SC, NR (OK) without inputs | – | taken | |
+    /// | RDL, RDH | taken | refused | sent again in the next cycle; RDH: Slave_Diag next |
+    /// | RR | – | refused | sent again in the next cycle |
+    /// | RS, UE, codes without a name, another length | – | – | start-up |
+    ///
+    /// Source: IEC 61158-6-3, slave handler in the state DATA.
     fn exchanged(&mut self, now: Instant, answer: Answer<'_>, context: &Context) -> Option<MasterEvent> {
         let expected = self.inputs.len();
         let cause = match answer {
-            Answer::Acknowledged if expected == 0 => {
-                self.exchanges += 1;
-                return None;
-            }
+            Answer::Acknowledged if expected == 0 => return self.serve(now, context),
             Answer::Acknowledged => LossCause::InputLength { expected, got: 0 },
             Answer::Data { data, high } if data.len() == expected => {
                 self.inputs.as_mut_slice().copy_from_slice(data);
                 self.diag_due = high;
-                self.exchanges += 1;
-                return None;
+                return self.serve(now, context);
             }
             Answer::Data { data, .. } => LossCause::InputLength {
                 expected,
                 got: data.len(),
             },
-            // No resource for the outputs just now: the next cycle brings them again.
             Answer::Negative(ResponseFunction::NoResource) => return None,
             Answer::Negative(function) => LossCause::Rejected(function),
         };
         self.lose(now, cause, context)
+    }
+
+    /// Data were exchanged.
+    fn serve(&mut self, now: Instant, context: &Context) -> Option<MasterEvent> {
+        self.exchanges += 1;
+        self.served = true;
+        self.silent_since = Some(now);
+        let was_refusing = matches!(self.refused, Some(Refusal::Exchange(_)));
+        if was_refusing {
+            self.refused = None;
+        }
+        was_refusing.then_some(MasterEvent::DataExchange { slave: context.slave })
     }
 
     fn read_diagnosis(&mut self, answer: Answer<'_>) -> Result<StandardDiag, Refusal> {
@@ -513,12 +639,19 @@ impl SlaveHandler {
             Refusal::OwnedBy(diagnosis) => MasterEvent::OwnedByOther { slave, diagnosis },
             Refusal::Response(function) => MasterEvent::StartUpRejected { slave, function },
             Refusal::NoDiagnosis { got } => MasterEvent::DiagnosisUnreadable { slave, got },
+            Refusal::Exchange(cause) => MasterEvent::SlaveLost { slave, cause },
         })
     }
 
     /// Back to the beginning; reported only when there was an exchange to lose.
     fn lose(&mut self, now: Instant, cause: LossCause, context: &Context) -> Option<MasterEvent> {
         let exchanged = self.state == SlaveState::DataExchange;
+        if exchanged && !self.served && !matches!(cause, LossCause::Stopped | LossCause::NoAnswer) {
+            // Starting it up again at once would never end.
+            return self.refuse(now, Refusal::Exchange(cause), context);
+        }
+        // An exchange that was never told to have begun does not end either.
+        let told = exchanged && (self.served || !matches!(self.refused, Some(Refusal::Exchange(_))));
         self.fcb.reset();
         self.state = SlaveState::Offline;
         self.diag_due = false;
@@ -528,7 +661,7 @@ impl SlaveHandler {
             LossCause::Rejected(_) | LossCause::Diagnosis(_) if exchanged => now,
             _ => now + context.retry_interval,
         };
-        exchanged.then_some(MasterEvent::SlaveLost {
+        told.then_some(MasterEvent::SlaveLost {
             slave: context.slave,
             cause,
         })
@@ -560,8 +693,8 @@ impl<'a> Answer<'a> {
             return Self::Acknowledged;
         };
         match function {
-            ResponseFunction::DataLow => Self::Data { data, high: false },
-            ResponseFunction::DataHigh => Self::Data { data, high: true },
+            ResponseFunction::DataLow | ResponseFunction::DataLowNoResource => Self::Data { data, high: false },
+            ResponseFunction::DataHigh | ResponseFunction::DataHighNoResource => Self::Data { data, high: true },
             ResponseFunction::Ok | ResponseFunction::NoReplyData => Self::Acknowledged,
             other => Self::Negative(other),
         }
@@ -574,7 +707,11 @@ enum Refusal {
     Configuration(StandardDiag),
     OwnedBy(StandardDiag),
     Response(ResponseFunction),
-    NoDiagnosis { got: usize },
+    NoDiagnosis {
+        got: usize,
+    },
+    /// It accepted everything, and then no data were exchanged.
+    Exchange(LossCause),
 }
 
 static ZEROS: [u8; MAX_DATA] = [0; MAX_DATA];

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 
 pub(crate) mod bench;
+pub(crate) mod puppet;
 
 use dp_master::address::Address;
 use dp_master::dp::{
