@@ -8,6 +8,7 @@ use drivecom::AifControl;
 use lenze9300_model::code::table::number::*;
 use lenze9300_model::device::{Drive, DriveConfig, Fault, FaultSet, Reaction};
 use lenze9300_model::plant::Mains;
+use lenze9300_model::traverse::{Mode, Program, Record, Target};
 use lenze9300_model::{Pulses, TICKS_PER_MS};
 
 const ENABLED: AifControl = AifControl(0);
@@ -363,4 +364,38 @@ fn the_hours_count_mains_and_enable() {
     steps(&mut drive, 2000);
     assert_eq!(drive.read_code(C0179, 0), Ok(4));
     assert_eq!(drive.read_code(C0178, 0), Ok(2));
+}
+
+// ---- the traversing program
+
+#[test]
+fn an_absolute_record_without_reference_trips_with_p06_and_the_trip_can_be_reset() {
+    let absolute = Record::new(Mode::Absolute, Target::Variable(1));
+    let mut drive = ready_with(DriveConfig {
+        program: Program::new([(1, absolute)]).unwrap(),
+        ..DriveConfig::default()
+    });
+    drive.set_aif(ENABLED.with_program_start(true));
+    steps(&mut drive, 3);
+    assert_eq!(drive.status().trip, Some(Fault::P06));
+    assert_eq!(number(&mut drive, C0067, 0), 156);
+    drive.set_aif(INHIBITED.with_program_reset(true));
+    steps(&mut drive, 3);
+    drive.write_code(C0043, 0, 0).unwrap();
+    steps(&mut drive, 3);
+    assert_eq!(drive.status().trip, None);
+}
+
+#[test]
+fn a_message_of_more_than_half_a_second_loses_the_reference() {
+    // 9300 facts 2.5. Record 01 of the film feed sets it.
+    let mut drive = ready();
+    drive.set_aif(ENABLED.with_program_start(true));
+    steps(&mut drive, 2000);
+    assert!(drive.traverse_status().referenced);
+    drive.inject(Fault::Lu, true);
+    steps(&mut drive, 500);
+    assert!(drive.traverse_status().referenced);
+    steps(&mut drive, 10);
+    assert!(!drive.traverse_status().referenced);
 }

@@ -5,7 +5,7 @@ mod traverse_rig;
 use lenze9300_model::code::table::number::*;
 use lenze9300_model::traverse::*;
 use proptest::prelude::*;
-use traverse_rig::{Rig, number};
+use traverse_rig::{Rig, number, reference_first};
 
 // ---- a feed without mark -------------------------------------------------------------------------------------------
 
@@ -404,7 +404,8 @@ fn a_record_waits_switches_dwells_and_jumps() {
         }),
         ..Record::new(Mode::Absolute, Target::Variable(2))
     };
-    let mut rig = with_program([(1, first), (7, second)]);
+    let mut rig = with_program([reference_first(), (1, first), (7, second)]);
+    rig.set(C1211, 0, 32_0000);
     rig.set(C1304, 3, 250_0000);
     rig.set(C1301, 2, 600_0000);
     rig.start();

@@ -130,7 +130,7 @@ C1211 = 33
         told(text),
         [
             "line 3: number: expected 1 to 32, got 33",
-            "line 4: mode: expected absolute, relative or set reference, got sideways",
+            "line 4: mode: expected absolute, relative, set reference or homing, got sideways",
             "line 5: target: expected VTPOS 1 to 110, got VTPOS 111",
             "line 6: velocity: expected \"v-max\" or \"VTVEL n\", got fast",
             "line 7: acceleration: expected VTACC 1 to 34, got VTACC 0",
@@ -143,7 +143,7 @@ C1211 = 33
             "line 12: branch_1: expected a table, got integer",
             "line 13: pieces: `to` is missing",
             "line 14: jump: expected a record number or \"end\"",
-            "line 15: `speed` is unknown here; allowed are number, touch_probe, mode, wait, switch_before, target, velocity, \
+            "line 15: `speed` is unknown here; allowed are number, touch_probe, homing, mode, wait, switch_before, target, velocity, \
              acceleration, deceleration, final_velocity, without_touch, switch_after, dwell, branch_1, branch_2, pieces, jump",
             "line 17: the record has no `number`; expected 1 to 32",
             "line 19: dwell: a record that dwells must end at standstill, without `final_velocity`",

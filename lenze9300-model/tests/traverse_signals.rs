@@ -4,7 +4,7 @@ mod traverse_rig;
 
 use lenze9300_model::code::table::number::*;
 use lenze9300_model::traverse::*;
-use traverse_rig::{Rig, number};
+use traverse_rig::{Rig, number, reference_first};
 
 /// 1200 mm in increments (9300 facts 11).
 const FEED: i64 = 3_074_216;
@@ -187,13 +187,15 @@ fn an_absolute_record_with_touch_probe_stops_behind_the_mark() {
         velocity: Velocity::Variable(2),
         ..Record::new(Mode::AbsoluteWithTouchProbe(rule), Target::Variable(1))
     };
-    let mut rig = with_program([(1, search)]);
+    let mut rig = with_program([reference_first(), (1, search)]);
+    rig.set(C1211, 0, 32_0000);
     rig.mark_ahead(300.0);
     let mark = rig.marks[0];
     rig.feed();
     // 50 mm = 128 092 inc (9300 facts 11).
     assert_eq!(rig.last.position, mark + 128_092);
     // Without a mark it ends at the target, counted from the reference, not from here.
+    rig.set(C1211, 0, 1_0000);
     rig.marks.clear();
     rig.feed();
     assert_eq!(rig.last.position, FEED);

@@ -4,7 +4,7 @@ mod traverse_rig;
 
 use lenze9300_model::code::table::number::*;
 use lenze9300_model::traverse::*;
-use traverse_rig::{PER_MM, Rig, number};
+use traverse_rig::{PER_MM, Rig, number, reference_first};
 
 fn printed() -> Rig {
     let mut rig = Rig::new();
@@ -112,7 +112,8 @@ fn the_end_without_a_mark_goes_on_where_field_11_says() {
     };
     let back = Record::new(Mode::Absolute, Target::Zero);
     let mut rig = Rig::new();
-    rig.traverse = Traverse::new(Program::new([(1, search), (2, back)]).unwrap());
+    rig.traverse = Traverse::new(Program::new([reference_first(), (1, search), (2, back)]).unwrap());
+    rig.set(C1211, 0, 32_0000);
     rig.tick();
     rig.feed();
     assert!(rig.saw(TraverseEvent::RecordStarted(number(2))));

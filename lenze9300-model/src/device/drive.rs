@@ -14,7 +14,7 @@ use crate::code::{CodeError, CodeStore, Inhibit, WriteEffect};
 use crate::control::PositionController;
 use crate::plant::{LinkState, LinkThresholds, Mains, ShaftSegment};
 use crate::traverse::{
-    ActiveEdge, LatchMode, Override, Program, Resolution, Setpoint, TouchProbe, Traverse, TraverseEvent,
+    ActiveEdge, LatchMode, Override, Program, RecordFault, Resolution, Setpoint, TouchProbe, Traverse, TraverseEvent,
     TraverseInputs, TraverseParameters, TraverseStatus, film_feed_program,
 };
 use crate::units::{INC_PER_RAD, Rpm};
@@ -170,6 +170,8 @@ pub struct Drive {
     /// Resolver position at which POS-ACT is zero, increments.
     reference: i64,
     setpoint: Setpoint,
+    /// Why the traversing program did not begin a record in the last millisecond.
+    record_fault: Option<RecordFault>,
     following_error: i64,
     enabled: bool,
     command: AxisCommand,
@@ -237,6 +239,7 @@ impl Drive {
             ticks_per_ms: config.axis.ticks_per_position_period(),
             reference: 0,
             setpoint: Setpoint::default(),
+            record_fault: None,
             following_error: 0,
             enabled: false,
             command: AxisCommand::Inhibited,
@@ -308,10 +311,14 @@ impl Drive {
             velocity_override: self.positioning.velocity_override,
             enabled: self.enabled,
             pos_act: actual,
+            resolver: sample.position,
+            reference_lost: self.monitor.reference_lost(),
             omega_act_inc_per_ms: sample.omega_meas * INC_PER_RAD / 1000.0,
             touch,
         };
         self.setpoint = self.traverse.tick_1ms(&inputs, &self.codes);
+        // Monitored in the next millisecond, for one millisecond: what is stored is the TRIP.
+        self.record_fault = self.traverse.status().fault;
         // The set-value is already counted from the new reference; the actual value follows here.
         self.reference -= self.setpoint.reference_shift;
 
@@ -368,7 +375,10 @@ impl Drive {
             .with(Fault::Nmax, omega.abs() > self.limits.plant_speed)
             .with(Fault::P03, following_error > self.limits.p03)
             .with(Fault::P14, following_error > first)
-            .with(Fault::P15, following_error > second);
+            .with(Fault::P15, following_error > second)
+            .with(Fault::P04, self.record_fault == Some(RecordFault::BelowLimit))
+            .with(Fault::P05, self.record_fault == Some(RecordFault::AboveLimit))
+            .with(Fault::P06, self.record_fault == Some(RecordFault::NoReference));
         let restart = if self.codes.number(C0142, 0) == 0.0 {
             Restart::Locked
         } else {

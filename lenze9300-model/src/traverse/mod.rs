@@ -4,10 +4,11 @@
 //! Below it, [`Plan`] turns a target into a motion in closed form and [`Resolution`] turns lengths into increments with
 //! integers only. [`film_feed_program`] is the built-in program.
 //!
-//! Not modelled: homing, jerk limits (9300 facts 4.2: details not found).
+//! Not modelled: skip record and record selection (9300 facts 4.2: details not found).
 
 mod active_plan;
 mod film_feed;
+mod homing;
 mod interpolator;
 mod jog;
 mod program_file;
@@ -20,6 +21,7 @@ mod touch_probe;
 mod variables;
 
 pub use film_feed::film_feed_program;
+pub use homing::{Direction, HomingReference, HomingRule};
 pub use interpolator::{Limits, Motion, PathState, Plan};
 pub use jog::{JogDirection, JogParameters};
 pub use program_file::ProgramFile;
@@ -29,5 +31,5 @@ pub use record::{
 };
 pub use resolution::{INCREMENTS_PER_REVOLUTION, Residue, Resolution, Rounding};
 pub use sequencer::{Traverse, TraverseParameters};
-pub use signals::{Override, Setpoint, StartRefusal, TraverseEvent, TraverseInputs, TraverseStatus};
+pub use signals::{Override, RecordFault, Setpoint, StartRefusal, TraverseEvent, TraverseInputs, TraverseStatus};
 pub use touch_probe::{ActiveEdge, LatchMode, TouchEvent, TouchProbe};

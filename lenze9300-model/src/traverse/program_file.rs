@@ -34,12 +34,13 @@
 //! | `number` | | 1…32 | a mistake |
 //! | `wait` | 1 | `{ input = 1…32, level = "low" or "high" }` | inactive |
 //! | `switch_before` | 2 | `{ output = 1…16, level = … }` | inactive |
-//! | `mode` | 3 | "absolute", "relative", "set reference" | a mistake |
+//! | `mode` | 3 | "absolute", "relative", "set reference", "homing" | a mistake |
 //! | `target` | 4 | "zero", "VTPOS n" | zero |
 //! | `velocity` | 5 | "v-max", "VTVEL n" | v-max |
 //! | `acceleration`, `deceleration` | 6, 7 | "a-max", "VTACC n" | a-max |
 //! | `final_velocity` | 8 | "standstill", "VTVEL n" | standstill |
 //! | `touch_probe` | 9, 10 | `{ window = "travel range" or ["VTPOS n", "VTPOS m"], residual = "none", "VTPOS n" or a length }` | none |
+//! | `homing` | 3 | `{ direction = "positive" or "negative", switch = 1…32, zero_pulse = true or false }`, with mode "homing" only | none |
 //! | `without_touch` | 11 | a record number, "end" | end |
 //! | `switch_after` | 12 | as `switch_before` | inactive |
 //! | `dwell` | 13 | "VTTIME n" | inactive |
@@ -54,6 +55,7 @@ use std::ops::RangeInclusive;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::homing::{Direction, HomingReference, HomingRule};
 use super::record::{
     Acceleration, Branch, FinalVelocity, InputLevel, Level, Mode, OutputLevel, Pieces, Program, ProgramInput, Record,
     RecordNumber, ResidualPath, Successor, Target, TouchRule, TouchWindow, Velocity,
@@ -170,12 +172,13 @@ fn record<'a>(reader: &mut Reader<'a>, (value, table): (&Spanned<DeValue<'a>>, &
     };
     let at = fields_span(table, "number").unwrap_or(value.span());
     let touch = fields.take("touch_probe").and_then(|value| touch_rule(reader, value));
+    let homing = fields.take("homing").and_then(|value| homing_rule(reader, value));
     let mode = match fields.take("mode") {
-        Some(value) => mode(reader, value, touch),
+        Some(value) => mode(reader, value, touch, homing),
         None => {
             reader.mistake(
                 value.span(),
-                "the record has no `mode`; expected absolute, relative or set reference",
+                "the record has no `mode`; expected absolute, relative, set reference or homing",
             );
             None
         }
@@ -235,6 +238,12 @@ fn record<'a>(reader: &mut Reader<'a>, (value, table): (&Spanned<DeValue<'a>>, &
         record.jump = successor(reader, value, "jump").unwrap_or(Successor::End);
     }
     fields.finish(reader);
+    if matches!(record.mode, Mode::Homing(_)) && record.final_velocity != FinalVelocity::Standstill {
+        reader.mistake(
+            at.clone(),
+            "the record homes and must end at standstill, without `final_velocity`",
+        );
+    }
     if let Some(at) = dwells_at
         && record.final_velocity != FinalVelocity::Standstill
     {
@@ -284,28 +293,81 @@ fn program(reader: &mut Reader<'_>, records: Vec<Read>) -> Option<Program> {
     program.map_err(|error| reader.mistake(0..0, error.to_string())).ok()
 }
 
-fn mode<'a>(reader: &mut Reader<'a>, value: &Spanned<DeValue<'a>>, touch: Option<TouchRule>) -> Option<Mode> {
-    match (reader.text(value, "mode")?, touch) {
-        ("relative", None) => Some(Mode::Relative),
-        ("relative", Some(rule)) => Some(Mode::RelativeWithTouchProbe(rule)),
-        ("absolute", None) => Some(Mode::Absolute),
-        ("absolute", Some(rule)) => Some(Mode::AbsoluteWithTouchProbe(rule)),
-        ("set reference", None) => Some(Mode::SetReference),
-        ("set reference", Some(_)) => {
+fn mode<'a>(
+    reader: &mut Reader<'a>,
+    value: &Spanned<DeValue<'a>>,
+    touch: Option<TouchRule>,
+    homing: Option<HomingRule>,
+) -> Option<Mode> {
+    let what = match (reader.text(value, "mode")?, touch, homing) {
+        ("relative", None, None) => return Some(Mode::Relative),
+        ("relative", Some(rule), None) => return Some(Mode::RelativeWithTouchProbe(rule)),
+        ("absolute", None, None) => return Some(Mode::Absolute),
+        ("absolute", Some(rule), None) => return Some(Mode::AbsoluteWithTouchProbe(rule)),
+        ("set reference", None, None) => return Some(Mode::SetReference),
+        ("homing", None, Some(rule)) => return Some(Mode::Homing(rule)),
+        ("homing", _, None) => {
+            "mode: homing needs `homing`, such as { direction = \"negative\", switch = 2 }".to_owned()
+        }
+        ("homing", Some(_), _) => "mode: homing has no touch probe".to_owned(),
+        ("set reference", Some(_), _) => {
+            "mode: a record that sets the reference does not move and has no touch probe".to_owned()
+        }
+        ("relative" | "absolute" | "set reference", _, Some(_)) => {
+            "mode: `homing` belongs to a record of mode homing".to_owned()
+        }
+        (other, ..) => format!("mode: expected absolute, relative, set reference or homing, got {other}"),
+    };
+    reader.mistake(value.span(), what);
+    None
+}
+
+fn homing_rule<'a>(reader: &mut Reader<'a>, value: &Spanned<DeValue<'a>>) -> Option<HomingRule> {
+    let mut fields = Fields::of(reader.table(value, "homing")?);
+    let direction = match fields.take("direction") {
+        None => missing(reader, value, "homing", "direction"),
+        Some(value) => match reader.text(value, "direction")? {
+            "positive" => Some(Direction::Positive),
+            "negative" => Some(Direction::Negative),
+            other => {
+                reader.mistake(
+                    value.span(),
+                    format!("direction: expected positive or negative, got {other}"),
+                );
+                None
+            }
+        },
+    };
+    let switch = fields
+        .take("switch")
+        .map(|value| number_in(reader, value, "switch", 1..=ProgramInput::MAX).and_then(ProgramInput::new));
+    let zero_pulse = match fields.take("zero_pulse") {
+        None => Some(false),
+        Some(value) => {
+            let used = value.get_ref().as_bool();
+            if used.is_none() {
+                reader.wrong_type(value, "zero_pulse", "true or false");
+            }
+            used
+        }
+    };
+    fields.finish(reader);
+    let reference = match (switch, zero_pulse?) {
+        (None, true) => HomingReference::ZeroPulse,
+        (Some(switch), true) => HomingReference::SwitchAndZeroPulse(switch?),
+        (Some(switch), false) => HomingReference::Switch(switch?),
+        (None, false) => {
             reader.mistake(
                 value.span(),
-                "mode: a record that sets the reference does not move and has no touch probe",
+                "homing: expected a `switch`, `zero_pulse = true`, or both",
             );
-            None
+            return None;
         }
-        (other, _) => {
-            reader.mistake(
-                value.span(),
-                format!("mode: expected absolute, relative or set reference, got {other}"),
-            );
-            None
-        }
-    }
+    };
+    Some(HomingRule {
+        direction: direction?,
+        reference,
+    })
 }
 
 fn touch_rule<'a>(reader: &mut Reader<'a>, value: &Spanned<DeValue<'a>>) -> Option<TouchRule> {

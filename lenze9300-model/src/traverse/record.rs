@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use super::homing::HomingRule;
+
 /// Number of a traversing record, 1 to 32.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RecordNumber(u8);
@@ -120,6 +122,8 @@ pub enum Mode {
     Absolute,
     /// As absolute; at the first touch inside the window the target becomes the touch position ± residual path.
     AbsoluteWithTouchProbe(TouchRule),
+    /// Find the reference point; it gets the target value. The velocity is that of the search.
+    Homing(HomingRule),
 }
 
 impl Mode {
@@ -127,7 +131,7 @@ impl Mode {
     pub const fn touch_rule(&self) -> Option<&TouchRule> {
         match self {
             Self::RelativeWithTouchProbe(rule) | Self::AbsoluteWithTouchProbe(rule) => Some(rule),
-            Self::SetReference | Self::Relative | Self::Absolute => None,
+            Self::SetReference | Self::Relative | Self::Absolute | Self::Homing(_) => None,
         }
     }
 }
@@ -349,6 +353,9 @@ impl Program {
         if record.dwell.is_some() && record.final_velocity != FinalVelocity::Standstill {
             return Err(ProgramError::DwellOnTheFly { record: in_record });
         }
+        if matches!(record.mode, Mode::Homing(_)) && record.final_velocity != FinalVelocity::Standstill {
+            return Err(ProgramError::HomingOnTheFly { record: in_record });
+        }
         for output in [record.switch_before, record.switch_after].into_iter().flatten() {
             if !(1..=16).contains(&output.output) {
                 return Err(ProgramError::Output {
@@ -450,6 +457,12 @@ pub enum ProgramError {
     /// A waiting time needs a standstill.
     #[error("record {record} has a waiting time and a final velocity: expected standstill")]
     DwellOnTheFly {
+        /// Record.
+        record: u8,
+    },
+    /// Homing ends on the reference point.
+    #[error("record {record} homes and has a final velocity: expected standstill")]
+    HomingOnTheFly {
         /// Record.
         record: u8,
     },

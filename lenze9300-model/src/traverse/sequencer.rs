@@ -3,14 +3,15 @@
 use std::collections::VecDeque;
 
 use super::active_plan::ActivePlan;
+use super::homing::{Direction, HomingPhase, HomingRule, SLOW, reference_point};
 use super::interpolator::{Limits, Motion, PathState, Plan};
 use super::jog::{JogDirection, JogParameters};
 use super::record::{
-    InputLevel, Level, Mode, OutputLevel, Program, Record, RecordNumber, ResidualPath, Successor, Target, TouchRule,
-    TouchWindow,
+    InputLevel, Level, Mode, OutputLevel, Program, ProgramInput, Record, RecordNumber, ResidualPath, Successor, Target,
+    TouchRule, TouchWindow,
 };
 use super::resolution::{Residue, Resolution, Rounding};
-use super::signals::{Override, Setpoint, TraverseEvent, TraverseInputs, TraverseStatus};
+use super::signals::{Override, RecordFault, Setpoint, TraverseEvent, TraverseInputs, TraverseStatus};
 use super::start_gate::StartGate;
 use super::touch_probe::TouchEvent;
 use super::variables::{final_velocity, length_e4, record_limits, whole_increments};
@@ -26,6 +27,12 @@ pub struct TraverseParameters {
     pub rounding: Rounding,
     /// Manual traversing.
     pub jog: JogParameters,
+    /// Software position limits, units ×10000 from the reference, negative and positive one; `None` for endless axes. They hold
+    /// once there is a reference. No code of the drive is known for them (9300 facts 4.4).
+    #[doc(alias = "Lage-Endgrenzen")]
+    pub position_limits: Option<[i32; 2]>,
+    /// Longest way of the search for a reference switch, units ×10000. Assumed: 10 000 units.
+    pub homing_way_e4: i32,
 }
 
 impl Default for TraverseParameters {
@@ -34,6 +41,8 @@ impl Default for TraverseParameters {
             target_window_e4: 1000,
             rounding: Rounding::default(),
             jog: JogParameters::default(),
+            position_limits: None,
+            homing_way_e4: 100_000_000,
         }
     }
 }
@@ -78,6 +87,8 @@ pub struct Traverse {
     enabled: bool,
     ended: bool,
     no_mark_found: bool,
+    referenced: bool,
+    fault: Option<RecordFault>,
     in_target: bool,
     ready: bool,
     last_record: u8,
@@ -106,6 +117,8 @@ enum Stage {
     Entering,
     /// On the way to the target.
     Travelling,
+    /// Looking for the reference point.
+    Homing(HomingPhase),
     /// The way was interrupted and is to be planned anew.
     Resuming,
     /// At the target; milliseconds left to wait.
@@ -144,6 +157,8 @@ impl Traverse {
             enabled: false,
             ended: false,
             no_mark_found: false,
+            referenced: false,
+            fault: None,
             in_target: false,
             ready: false,
             last_record: 0,
@@ -163,6 +178,8 @@ impl Traverse {
             touch: inputs.touch,
             shift: 0,
         };
+        self.fault = None;
+        self.referenced &= !inputs.reference_lost;
         self.follow_enable(&tick);
         self.settle();
         self.handle_reset_and_stop(inputs);
@@ -199,6 +216,8 @@ impl Traverse {
             ready_to_start: self.ready,
             no_mark_found: self.no_mark_found,
             touch_armed,
+            referenced: self.referenced,
+            fault: self.fault,
             moving: self.motion.is_some(),
             outputs: self.outputs,
             target: self.target,
@@ -342,11 +361,22 @@ impl Traverse {
         if std::mem::replace(&mut self.velocity_override, now) == now {
             return;
         }
-        if let Cycle::Running(run) = self.cycle
-            && run.stage == Stage::Travelling
-            && let Some(&record) = self.program.record(run.record)
-        {
-            self.plan_to_target(&record, self.motion().state(), 0.0, codes);
+        let Cycle::Running(run) = self.cycle else {
+            return;
+        };
+        let Some(&record) = self.program.record(run.record) else {
+            return;
+        };
+        match run.stage {
+            Stage::Travelling | Stage::Homing(HomingPhase::Seeking) => {
+                self.plan_to_target(&record, self.motion().state(), 0.0, codes);
+            }
+            Stage::Homing(HomingPhase::Leaving | HomingPhase::Approaching) => self.plan_slowly(&record, codes),
+            Stage::Homing(HomingPhase::Braking)
+            | Stage::Entering
+            | Stage::Resuming
+            | Stage::Dwelling(_)
+            | Stage::Leaving => {}
         }
     }
 
@@ -395,7 +425,21 @@ impl Traverse {
                 acc: rate,
                 dec: rate,
             };
-            self.begin(Plan::to_velocity(self.motion().state(), velocity, &self.braking), 0.0);
+            let state = self.motion().state();
+            // Within position limits, manual traversing comes to rest at the limit ahead.
+            let limit = self.limits_in_force(&resolution).map(
+                |[negative, positive]| {
+                    if velocity < 0.0 { negative } else { positive }
+                },
+            );
+            let plan = match limit {
+                Some(limit) if velocity != 0.0 => {
+                    let ahead = (limit.saturating_sub(state.position) as f64) * velocity > 0.0;
+                    Plan::to_target(state, if ahead { limit } else { state.position }, &self.braking, 0.0)
+                }
+                _ => Plan::to_velocity(state, velocity, &self.braking),
+            };
+            self.begin(plan, 0.0);
             self.jog_velocity = velocity;
         }
     }
@@ -413,6 +457,7 @@ impl Traverse {
             let next = match run.stage {
                 Stage::Entering => self.enter_record(&record, tick),
                 Stage::Travelling => self.travel(&record, &mut run, tick),
+                Stage::Homing(phase) => self.home(&record, run, phase, tick),
                 Stage::Resuming => {
                     self.plan_to_target(&record, self.motion().state(), 0.0, tick.codes);
                     Some(Stage::Travelling)
@@ -447,14 +492,20 @@ impl Traverse {
             }
             return None;
         }
-        self.switch(record.switch_before);
         let resolution = Resolution::from_codes(tick.codes);
+        if let Some(fault) = self.refusal(record, &resolution, tick.codes) {
+            self.refuse(fault);
+            return None;
+        }
+        self.switch(record.switch_before);
         match record.mode {
+            Mode::Homing(rule) => return Some(self.begin_homing(record, rule, tick)),
             Mode::SetReference => {
                 let value = whole_increments(record.target, &resolution, tick.codes);
                 let shift = value.saturating_sub(tick.inputs.pos_act.saturating_add(tick.shift));
                 self.shift_reference(shift);
                 tick.shift = tick.shift.saturating_add(shift);
+                self.referenced = true;
                 return Some(Stage::Leaving);
             }
             Mode::Absolute | Mode::AbsoluteWithTouchProbe(_) => {
@@ -478,6 +529,155 @@ impl Traverse {
         };
         self.plan_to_target(record, state, lead, tick.codes);
         Some(Stage::Travelling)
+    }
+
+    /// Whether a record must not be begun.
+    ///
+    /// A relative target counts from the previous one, without what the residue will add: less than an increment.
+    fn refusal(&self, record: &Record, resolution: &Resolution, codes: &CodeStore) -> Option<RecordFault> {
+        let absolute = matches!(record.mode, Mode::Absolute | Mode::AbsoluteWithTouchProbe(_));
+        if absolute && !self.referenced {
+            return Some(RecordFault::NoReference);
+        }
+        let way = whole_increments(record.target, resolution, codes);
+        let target = match record.mode {
+            Mode::Absolute | Mode::AbsoluteWithTouchProbe(_) => way,
+            Mode::Relative | Mode::RelativeWithTouchProbe(_) => self.target.saturating_add(way),
+            Mode::SetReference | Mode::Homing(_) => return None,
+        };
+        self.outside_limits(target, resolution)
+    }
+
+    fn outside_limits(&self, target: i64, resolution: &Resolution) -> Option<RecordFault> {
+        let [negative, positive] = self.limits_in_force(resolution)?;
+        if target < negative {
+            Some(RecordFault::BelowLimit)
+        } else if target > positive {
+            Some(RecordFault::AboveLimit)
+        } else {
+            None
+        }
+    }
+
+    /// Position limits in increments, once there is a reference from which they count.
+    fn limits_in_force(&self, resolution: &Resolution) -> Option<[i64; 2]> {
+        let limits = self.parameters.position_limits.filter(|_| self.referenced)?;
+        Some(limits.map(|limit| resolution.whole_increments(limit)))
+    }
+
+    /// The record is not begun: the program stands where it is, and the drive is told why.
+    fn refuse(&mut self, fault: RecordFault) {
+        let Cycle::Running(run) = self.cycle else {
+            return;
+        };
+        self.fault = Some(fault);
+        self.emit(TraverseEvent::RecordRefused {
+            record: run.record,
+            fault,
+        });
+        self.cycle = Cycle::Interrupted(run);
+        self.brake();
+    }
+
+    fn begin_homing(&mut self, record: &Record, rule: HomingRule, tick: &Tick<'_>) -> Stage {
+        self.referenced = false;
+        match rule.reference.switch() {
+            Some(switch) if tick.is_high(switch) => {
+                self.brake();
+                Stage::Homing(HomingPhase::Braking)
+            }
+            Some(_) => {
+                let way = Resolution::from_codes(tick.codes).whole_increments(self.parameters.homing_way_e4);
+                let state = self.motion().state();
+                self.target = state.position.saturating_add(rule.direction.sign() * way);
+                self.plan_to_target(record, state, 0.0, tick.codes);
+                Stage::Homing(HomingPhase::Seeking)
+            }
+            None => {
+                self.approach(record, rule, rule.direction, tick);
+                Stage::Homing(HomingPhase::Approaching)
+            }
+        }
+    }
+
+    /// Looks for the reference point. `None`: not there yet.
+    fn home(&mut self, record: &Record, run: Run, phase: HomingPhase, tick: &mut Tick<'_>) -> Option<Stage> {
+        let Mode::Homing(rule) = record.mode else {
+            return Some(Stage::Leaving);
+        };
+        let on_switch = rule.reference.switch().is_some_and(|switch| tick.is_high(switch));
+        let at_rest = self.motion.is_none_or(|active| active.time_past_end().is_some());
+        let phase = match phase {
+            HomingPhase::Seeking if on_switch => {
+                self.brake();
+                HomingPhase::Braking
+            }
+            HomingPhase::Seeking if at_rest => {
+                self.emit(TraverseEvent::HomingFailed { record: run.record });
+                self.rest = self.motion().position;
+                self.motion = None;
+                self.go_on(record.without_touch);
+                return None;
+            }
+            HomingPhase::Braking if at_rest => {
+                let way = Resolution::from_codes(tick.codes).whole_increments(self.parameters.homing_way_e4);
+                self.target = self.motion().position.saturating_sub(rule.direction.sign() * way);
+                self.plan_slowly(record, tick.codes);
+                HomingPhase::Leaving
+            }
+            HomingPhase::Leaving if !on_switch => {
+                self.approach(record, rule, rule.direction.reversed(), tick);
+                HomingPhase::Approaching
+            }
+            HomingPhase::Leaving if at_rest => {
+                self.emit(TraverseEvent::HomingFailed { record: run.record });
+                self.rest = self.motion().position;
+                self.motion = None;
+                self.go_on(record.without_touch);
+                return None;
+            }
+            HomingPhase::Approaching if at_rest => {
+                self.rest = self.target;
+                self.motion = None;
+                let value = whole_increments(record.target, &Resolution::from_codes(tick.codes), tick.codes);
+                let shift = value.saturating_sub(self.target);
+                self.shift_reference(shift);
+                tick.shift = tick.shift.saturating_add(shift);
+                self.referenced = true;
+                self.switch(record.switch_after);
+                return Some(Stage::Leaving);
+            }
+            waiting => {
+                // The stage was copied before the motion went on; nothing has changed.
+                self.cycle = Cycle::Running(Run {
+                    stage: Stage::Homing(waiting),
+                    ..run
+                });
+                return None;
+            }
+        };
+        self.cycle = Cycle::Running(Run {
+            stage: Stage::Homing(phase),
+            ..run
+        });
+        None
+    }
+
+    /// Leads the axis to the reference point that lies ahead in `direction` of where it is now.
+    fn approach(&mut self, record: &Record, rule: HomingRule, direction: Direction, tick: &Tick<'_>) {
+        let here = tick.inputs.pos_act.saturating_add(tick.shift);
+        self.target = reference_point(rule.reference, direction, here, tick.inputs.resolver);
+        self.plan_slowly(record, tick.codes);
+    }
+
+    /// The way to the target of a homing that has met its switch.
+    fn plan_slowly(&mut self, record: &Record, codes: &CodeStore) {
+        let limits = self.limits(record, codes);
+        let slow = Limits {
+            v_max: limits.v_max * SLOW,
+            ..limits
+        };
+        self.begin(Plan::to_target(self.motion().state(), self.target, &slow, 0.0), 0.0);
     }
 
     /// On the way. `None`: not there yet.
@@ -596,15 +796,20 @@ impl Traverse {
     }
 
     fn plan_to_target(&mut self, record: &Record, state: PathState, lead: f64, codes: &CodeStore) {
+        let limits = self.limits(record, codes);
         let share = self.velocity_override.factor();
-        let programmed = record_limits(record, codes);
-        let limits = Limits {
-            v_max: programmed.v_max * share,
-            ..programmed
-        };
         let plan = Plan::to_target(state, self.target, &limits, final_velocity(record, codes) * share);
         self.braking = limits;
         self.begin(plan, lead);
+    }
+
+    /// Limits of a record with the override.
+    fn limits(&self, record: &Record, codes: &CodeStore) -> Limits {
+        let programmed = record_limits(record, codes);
+        Limits {
+            v_max: programmed.v_max * self.velocity_override.factor(),
+            ..programmed
+        }
     }
 
     fn begin(&mut self, plan: Plan, lead: f64) {
@@ -700,6 +905,11 @@ impl Run {
                 stage: Stage::Resuming,
                 ..self
             },
+            // What was found so far counts no more: the axis may have been moved.
+            Stage::Homing(_) => Self {
+                stage: Stage::Entering,
+                ..self
+            },
             Stage::Entering | Stage::Resuming | Stage::Dwelling(_) | Stage::Leaving => self,
         }
     }
@@ -714,9 +924,12 @@ struct Tick<'a> {
 }
 
 impl Tick<'_> {
+    fn is_high(&self, input: ProgramInput) -> bool {
+        self.inputs.program_inputs >> (input.get() - 1) & 1 == 1
+    }
+
     fn holds(&self, condition: InputLevel) -> bool {
-        let level = self.inputs.program_inputs >> (condition.input.get() - 1) & 1 == 1;
-        level == (condition.level == Level::High)
+        self.is_high(condition.input) == (condition.level == Level::High)
     }
 }
 

@@ -29,6 +29,10 @@ pub struct TraverseInputs {
     pub enabled: bool,
     /// Actual position in inc, counted from the present reference.
     pub pos_act: i64,
+    /// Position of the resolver in inc; its zero pulses lie at multiples of 65 536.
+    pub resolver: i64,
+    /// The reference is lost: a message lasted too long.
+    pub reference_lost: bool,
     /// Actual speed in inc/ms; used when operation is enabled while the axis moves.
     pub omega_act_inc_per_ms: f64,
     /// Touch latched since the last tick; the position counts from the same reference as `pos_act`.
@@ -105,6 +109,10 @@ pub struct TraverseStatus {
     pub no_mark_found: bool,
     /// A record waits for a touch.
     pub touch_armed: bool,
+    /// A reference was set or found and has not been lost.
+    pub referenced: bool,
+    /// Why a record was not begun in this tick; the program is interrupted.
+    pub fault: Option<RecordFault>,
     /// The set-value moves.
     pub moving: bool,
     /// Program function outputs, bit 0 = output 1.
@@ -113,6 +121,17 @@ pub struct TraverseStatus {
     /// Target in inc, counted from the reference.
     #[doc(alias = "POS-SETP")]
     pub target: i64,
+}
+
+/// Why a record cannot be worked off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum RecordFault {
+    /// The target lies below the negative position limit (P04).
+    BelowLimit,
+    /// The target lies above the positive position limit (P05).
+    AboveLimit,
+    /// An absolute target without a reference (P06).
+    NoReference,
 }
 
 /// Something worth telling, in the order it happened.
@@ -133,6 +152,18 @@ pub enum TraverseEvent {
     SetReference {
         /// Shift in inc.
         shift: i64,
+    },
+    /// A record was not begun.
+    RecordRefused {
+        /// The record.
+        record: RecordNumber,
+        /// Why.
+        fault: RecordFault,
+    },
+    /// Homing went its longest way and found no switch; the program goes on at field 11.
+    HomingFailed {
+        /// The record.
+        record: RecordNumber,
     },
     /// A touch was taken and made the new target.
     MarkLatched {

@@ -136,3 +136,14 @@ impl Rig {
 pub(crate) fn number(number: u8) -> RecordNumber {
     RecordNumber::new(number).expect("1 to 32")
 }
+
+/// A record that sets the reference to 0 and goes on at record 1: absolute targets need one (9300 facts 4.2). Put it at 32 and
+/// let C1211 begin there.
+#[allow(dead_code, reason = "each test file uses its part of the rig")]
+pub(crate) fn reference_first() -> (u8, Record) {
+    let record = Record {
+        jump: Successor::Record(number(1)),
+        ..Record::new(Mode::SetReference, Target::Zero)
+    };
+    (32, record)
+}
