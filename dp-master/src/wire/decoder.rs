@@ -114,15 +114,17 @@ pub enum DecodeError {
 /// cause found from front to back.
 #[inline]
 pub fn decode_one(octets: &[u8]) -> Result<(Telegram<'_>, usize), DecodeError> {
-    match octets.first() {
-        None => Err(DecodeError::Incomplete),
-        Some(&SC) => Ok((Telegram::ShortAck, 1)),
-        Some(&SD4) => decode_token(octets),
-        Some(&SD1) => decode_body(octets, 1, 0),
-        Some(&SD2) => decode_variable(octets),
-        Some(&SD3) => decode_body(octets, 1, SD3_DATA),
-        Some(&got) => Err(DiscardReason::StartDelimiter { got }.into()),
-    }
+    // Where DA stands, and how many data octets follow FC.
+    let (at, length) = match octets.first() {
+        None => return Err(DecodeError::Incomplete),
+        Some(&SC) => return Ok((Telegram::ShortAck, 1)),
+        Some(&SD4) => return decode_token(octets),
+        Some(&SD1) => (1, 0),
+        Some(&SD2) => (4, variable_length(octets)?),
+        Some(&SD3) => (1, SD3_DATA),
+        Some(&got) => return Err(DiscardReason::StartDelimiter { got }.into()),
+    };
+    decode_body(octets, at, length)
 }
 
 fn decode_token(octets: &[u8]) -> Result<(Telegram<'_>, usize), DecodeError> {
@@ -135,8 +137,9 @@ fn decode_token(octets: &[u8]) -> Result<(Telegram<'_>, usize), DecodeError> {
     Ok((Telegram::Token { da, sa }, 3))
 }
 
+/// Number of data octets that the front of an SD2 telegram announces.
 #[inline]
-fn decode_variable(octets: &[u8]) -> Result<(Telegram<'_>, usize), DecodeError> {
+fn variable_length(octets: &[u8]) -> Result<usize, DecodeError> {
     let le = *octets.get(1).ok_or(DecodeError::Incomplete)?;
     if !(MIN_LE..=MAX_LE).contains(&le) {
         return Err(DiscardReason::Length { got: le }.into());
@@ -150,23 +153,20 @@ fn decode_variable(octets: &[u8]) -> Result<(Telegram<'_>, usize), DecodeError> 
     if got != SD2 {
         return Err(DiscardReason::SecondStartDelimiter { got }.into());
     }
-    decode_body(octets, 4, usize::from(le) - 3)
+    Ok(usize::from(le) - 3)
 }
 
 /// DA, SA, FC, `length` data octets, FCS and ED, with DA at index `at`.
 #[inline]
 fn decode_body(octets: &[u8], at: usize, length: usize) -> Result<(Telegram<'_>, usize), DecodeError> {
     let total = at + 3 + length + 2;
-    let Some(body) = octets.get(at..total) else {
+    let Some([da_octet, sa_octet, fc, field @ .., fcs, ed]) = octets.get(at..total) else {
         return Err(DecodeError::Incomplete);
     };
-    let [covered @ .., fcs, ed] = body else {
-        return Err(DecodeError::Incomplete);
-    };
-    let [da_octet, sa_octet, fc, field @ ..] = covered else {
-        return Err(DecodeError::Incomplete);
-    };
-    let expected = checksum(covered);
+    let expected = checksum(field)
+        .wrapping_add(*da_octet)
+        .wrapping_add(*sa_octet)
+        .wrapping_add(*fc);
     if *fcs != expected {
         return Err(DiscardReason::Checksum { expected, got: *fcs }.into());
     }
@@ -178,35 +178,33 @@ fn decode_body(octets: &[u8], at: usize, length: usize) -> Result<(Telegram<'_>,
         return Err(DiscardReason::Address { got: *sa_octet }.into());
     }
     let mut data = field;
-    let mut saps = [None; 2];
-    for (octet, sap) in [*da_octet, *sa_octet].into_iter().zip(&mut saps) {
-        if octet & EXTENSION == 0 {
-            continue;
-        }
-        if field.is_empty() {
-            return Err(DiscardReason::Address { got: octet }.into());
-        }
-        let Some((&got, rest)) = data.split_first() else {
-            return Err(DiscardReason::SapMissing {
-                announced: 2,
-                available: field.len(),
-            }
-            .into());
-        };
-        if got > MAX_SAP {
-            return Err(DiscardReason::Sap { got }.into());
-        }
-        *sap = Some(got);
-        data = rest;
-    }
-    let header = Header {
-        da,
-        sa,
-        dsap: saps[0],
-        ssap: saps[1],
-        fc: FunctionCode::from_octet(*fc),
-    };
+    let dsap = take_sap(*da_octet, field, &mut data)?;
+    let ssap = take_sap(*sa_octet, field, &mut data)?;
+    let fc = FunctionCode::from_octet(*fc);
+    let header = Header { da, sa, dsap, ssap, fc };
     Ok((Telegram::Data { header, data }, total))
+}
+
+/// The service access point at the front of `data`, the rest of `field`, when the address octet announces one.
+#[inline]
+fn take_sap(address: u8, field: &[u8], data: &mut &[u8]) -> Result<Option<u8>, DiscardReason> {
+    if address & EXTENSION == 0 {
+        return Ok(None);
+    }
+    let Some((&got, rest)) = data.split_first() else {
+        return Err(match field.len() {
+            0 => DiscardReason::Address { got: address },
+            available => DiscardReason::SapMissing {
+                announced: 2,
+                available,
+            },
+        });
+    };
+    if got > MAX_SAP {
+        return Err(DiscardReason::Sap { got });
+    }
+    *data = rest;
+    Ok(Some(got))
 }
 
 /// Finds telegrams in a stream of octets that arrives in pieces of any size.

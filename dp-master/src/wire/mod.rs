@@ -52,14 +52,42 @@ const EXTENSION: u8 = 0x80;
 /// Eight octets at a time: telegrams are too short for the compiler's own vector loop to pay.
 #[inline]
 fn checksum(octets: &[u8]) -> u8 {
-    const EVEN: u64 = 0x00FF_00FF_00FF_00FF;
-    // Four sums of 16 bits: at most 32 words of at most 2 · 255 each.
     let (words, tail) = octets.as_chunks::<8>();
-    let mut sums = 0_u64;
-    for word in words {
-        let word = u64::from_le_bytes(*word);
-        sums = sums.wrapping_add((word & EVEN) + ((word >> 8) & EVEN));
+    let sums = words.iter().fold(0, |sums, word| add_lanes(sums, *word));
+    tail.iter()
+        .fold(sum_of_lanes(sums), |sum, octet| sum.wrapping_add(*octet))
+}
+
+/// Copies `octets` to the front of `to`, as many as both have, and returns their [`checksum`].
+///
+/// In one pass: what has just been written is read back slowly.
+#[inline]
+fn copy_with_checksum(octets: &[u8], to: &mut [u8]) -> u8 {
+    let (words, tail) = octets.as_chunks::<8>();
+    let (words_to, tail_to) = to.as_chunks_mut::<8>();
+    let mut sums = 0;
+    for (word, to) in words.iter().zip(words_to) {
+        *to = *word;
+        sums = add_lanes(sums, *word);
     }
-    let sum = (sums.wrapping_mul(0x0001_0001_0001_0001) >> 48) as u8;
-    tail.iter().fold(sum, |sum, octet| sum.wrapping_add(*octet))
+    let mut sum = sum_of_lanes(sums);
+    for (octet, to) in tail.iter().zip(tail_to) {
+        *to = *octet;
+        sum = sum.wrapping_add(*octet);
+    }
+    sum
+}
+
+/// Adds eight octets to four sums of 16 bits, in pairs: at most 32 words of at most 2 · 255 each.
+#[inline]
+fn add_lanes(sums: u64, word: [u8; 8]) -> u64 {
+    const EVEN: u64 = 0x00FF_00FF_00FF_00FF;
+    let word = u64::from_le_bytes(word);
+    sums.wrapping_add((word & EVEN) + ((word >> 8) & EVEN))
+}
+
+/// The four sums together, modulo 256.
+#[inline]
+fn sum_of_lanes(sums: u64) -> u8 {
+    (sums.wrapping_mul(0x0001_0001_0001_0001) >> 48) as u8
 }

@@ -1,6 +1,6 @@
 //! A telegram as a value, and its octets.
 
-use super::{ED, EXTENSION, FunctionCode, SC, SD1, SD2, SD3, SD3_DATA, SD4, checksum};
+use super::{ED, EXTENSION, FunctionCode, SC, SD1, SD2, SD3, SD3_DATA, SD4, copy_with_checksum};
 use crate::address::Address;
 use crate::station::MAX_TELEGRAM;
 
@@ -163,7 +163,7 @@ impl<'a> Telegram<'a> {
         self.write(buf, Sd3::Never)
     }
 
-    #[inline]
+    #[inline(always)]
     fn write(&self, buf: &mut [u8; MAX_TELEGRAM], sd3: Sd3) -> Result<usize, EncodeError> {
         match self {
             Self::Data { header, data } => write_data(header, data, buf, sd3),
@@ -189,7 +189,7 @@ enum Sd3 {
     Never,
 }
 
-#[inline]
+#[inline(always)]
 fn write_data(header: &Header, data: &[u8], buf: &mut [u8; MAX_TELEGRAM], sd3: Sd3) -> Result<usize, EncodeError> {
     let Header { da, sa, dsap, ssap, fc } = *header;
     if sa.is_broadcast() {
@@ -215,24 +215,24 @@ fn write_data(header: &Header, data: &[u8], buf: &mut [u8; MAX_TELEGRAM], sd3: S
         buf[..4].copy_from_slice(&[SD2, le, le, SD2]);
         4
     };
-    let mut address_octets = [da.value(), sa.value()];
+    let (mut da, mut sa, fc) = (da.value(), sa.value(), fc.to_octet());
+    let mut fcs = 0_u8;
     let mut next = at + 3;
-    for (sap, octet) in [dsap, ssap].into_iter().zip(&mut address_octets) {
+    for (sap, address) in [(dsap, &mut da), (ssap, &mut sa)] {
         if let Some(sap) = sap {
             if sap > MAX_SAP {
                 return Err(EncodeError::Sap { got: sap });
             }
-            *octet |= EXTENSION;
+            *address |= EXTENSION;
             buf[next] = sap;
+            fcs = fcs.wrapping_add(sap);
             next += 1;
         }
     }
-    buf[at] = address_octets[0];
-    buf[at + 1] = address_octets[1];
-    buf[at + 2] = fc.to_octet();
+    buf[at..at + 3].copy_from_slice(&[da, sa, fc]);
+    fcs = fcs.wrapping_add(da).wrapping_add(sa).wrapping_add(fc);
     let end = next + data.len();
-    buf[next..end].copy_from_slice(data);
-    buf[end] = checksum(&buf[at..end]);
-    buf[end + 1] = ED;
+    fcs = fcs.wrapping_add(copy_with_checksum(data, &mut buf[next..end]));
+    buf[end..end + 2].copy_from_slice(&[fcs, ED]);
     Ok(end + 2)
 }
