@@ -8,8 +8,13 @@
 //! Both masters take the same options and tell the same events, so that one test runs with either. Users of the stack
 //! build none of this: only the tests of the workspace do.
 
+pub mod bus_time;
+mod in_memory;
+mod masters;
 mod null_modem;
 mod process;
+mod slaves;
 
+pub use in_memory::{OurCycles, PeerCycles};
 pub use null_modem::NullModem;
 pub use process::{Drive, Event, Master, Peer};
