@@ -35,12 +35,16 @@ mod block;
 mod check;
 mod cursor;
 mod device;
+mod diag_text;
 mod diagnostic;
 mod grammar;
 mod keywords;
 mod module;
 mod prm;
 mod reader;
+mod setup;
+mod setup_error;
+mod summary;
 mod text;
 mod unit_diag;
 
@@ -50,11 +54,15 @@ pub use device::{
     PhysicalInterface, Pins24V, ProtocolIdent, Rate, RateFeatures, RepeaterCtrlSig, Section, SlaveFamily,
     SlaveFeatures, StationType,
 };
+pub use diag_text::{DiagnosisText, Origin};
 pub use diagnostic::{Diagnostic, Position, Severity};
 pub use module::{AlarmKinds, DataArea, Module, Slot};
 pub use prm::{Parameter, PrmConstant, PrmLayout, PrmPlace, PrmText, PrmType, ValueSet};
 use reader::Reader;
 use serde::Serialize;
+pub use setup::{ModuleKey, ParameterKey, PrmValue, Setting, Setup};
+pub use setup_error::{Part, SetupError};
+pub use summary::Summary;
 use text::{Lines, decode};
 pub use unit_diag::{DiagText, UnitDiag, UnitDiagArea};
 
