@@ -9,6 +9,7 @@
 )]
 
 pub(crate) mod decoder;
+pub(crate) mod gsd;
 pub(crate) mod input;
 pub(crate) mod master;
 pub(crate) mod parameter_channel;

@@ -1,6 +1,9 @@
 //! A slave under anything a line and its device can do to it, from each of its states.
 
 use dp_master::address::Address;
+use dp_master::dp::v1::{
+    Abort, AddAck, AlarmType, AlarmTypes, ErrorCode1, Incident, MAX_ALARMS, V1Capabilities, V1Error, V1RequestId,
+};
 use dp_master::dp::{
     AcceptedConfigurations, AddressChange, Block, Blocks, DpSlave, ExtDiag, OutputsOnLeave, Overflow, SlaveIdentity,
     SlavePhase, StationStatus, Support, sap,
@@ -32,12 +35,15 @@ struct Bench {
     /// Telegrams heard since the last reply, whole or not.
     owed: bool,
     last_reply: Vec<u8>,
+    /// Requests of DP-V1 that the application has not answered.
+    open: Vec<V1RequestId>,
 }
 
 impl Bench {
     fn new(slave: DpSlave) -> Self {
         Self {
             slave,
+            open: Vec::new(),
             now: Instant::ZERO,
             heard: Instant::ZERO,
             owed: false,
@@ -129,10 +135,14 @@ impl Bench {
 
     /// Asks as a master does that counts nothing, and returns the answer.
     fn ask(&mut self, master: Address, dsap: Option<u8>, data: &[u8]) -> Vec<u8> {
+        self.ask_from(master, dsap.map(|dsap| (dsap, sap::MASTER)), data)
+    }
+
+    fn ask_from(&mut self, master: Address, saps: Option<(u8, u8)>, data: &[u8]) -> Vec<u8> {
         let fc = FunctionCode::request(Fcb::First, RequestFunction::SrdHigh);
         let mut header = Header::new(self.slave.address(), master, fc);
-        if let Some(dsap) = dsap {
-            header = header.with_saps(dsap, sap::MASTER);
+        if let Some((dsap, ssap)) = saps {
+            header = header.with_saps(dsap, ssap);
         }
         self.advance(BAUD.duration(BitTimes(75)));
         self.last_reply.clear();
@@ -144,7 +154,9 @@ impl Bench {
     fn start_up(&mut self, master: Address, depth: u8, watchdog: bool) {
         let status = if watchdog { 0xB8 } else { 0xB0 };
         if depth > 0 {
-            self.ask(master, Some(sap::SET_PRM), &[status, 5, 1, 11, 0x00, 0xDA, 0x01]);
+            // DPV1_Enable, all alarms, at most two of a kind at a time; a DP-V0 slave takes them for parameters of its own.
+            let prm = [status, 5, 1, 11, 0x00, 0xDA, 0x01, 0x80, 0xFC, 0x01];
+            self.ask(master, Some(sap::SET_PRM), &prm);
         }
         if depth > 1 {
             self.ask(master, Some(sap::CHK_CFG), CONFIGURATION);
@@ -175,6 +187,7 @@ impl Bench {
                 }
             }
         }
+        assert!(slave.waiting_alarms() <= MAX_ALARMS);
         assert!(
             slave.poll_timeout().is_none_or(|at| at > self.now),
             "a timeout was forgotten"
@@ -197,6 +210,15 @@ fn slave(settings: u8) -> DpSlave {
     }
     if settings & 4 != 0 {
         identity.outputs_on_leave = OutputsOnLeave::Hold;
+    }
+    if settings & 0x80 != 0 {
+        identity.v1 = V1Capabilities {
+            c1_read_write: Support::Supported,
+            alarms: AlarmTypes::ALL,
+            watchdog_1ms: Support::Supported,
+            c2_connections: 2,
+            ..V1Capabilities::NONE
+        };
     }
     if settings & 8 != 0 {
         identity.sync = Support::Unsupported;
@@ -235,6 +257,66 @@ fn telegram(input: &mut Input<'_>, own: Address) -> Option<(Header, Vec<u8>)> {
     Some((header, input.octets().to_vec()))
 }
 
+/// An acyclic request, or a poll when nothing follows.
+fn acyclic(input: &mut Input<'_>, own: Address) -> Option<(Header, Vec<u8>)> {
+    const FUNCTIONS: [u8; 8] = [0x5E, 0x5F, 0x5C, 0x57, 0x51, 0x58, 0x48, 0xDE];
+    const FCS: [u8; 4] = [0x6D, 0x5C, 0x7C, 0x4C];
+    let choice = input.octet();
+    let sa = Address::new(if choice & 0x80 == 0 { 2 } else { input.octet() & 0x7F }).ok()?;
+    let (dsap, ssap) = match choice & 7 {
+        0 | 1 => (51, 51),
+        2 => (50, 51),
+        3 | 4 => (49, 50),
+        low => (low - 5, 50),
+    };
+    let fc = FunctionCode::from_octet(FCS[usize::from(choice >> 5 & 3)]);
+    let header = Header::new(own, sa, fc).with_saps(dsap, ssap);
+    let mut pdu = Vec::new();
+    if choice & 0x18 != 0 {
+        pdu.push(FUNCTIONS[usize::from(input.below(8))]);
+        pdu.extend(input.octets());
+    }
+    Some((header, pdu))
+}
+
+/// What the application of a DP-V1 slave does.
+fn application(bench: &mut Bench, input: &mut Input<'_>) {
+    while let Some(request) = bench.slave.poll_v1_request() {
+        bench.open.push(request.id);
+    }
+    match input.below(6) {
+        0 | 1 => {
+            if let Some(id) = bench.open.pop() {
+                let data = input.octets();
+                let _ = bench.slave.respond_v1(bench.now, id, Ok(data));
+                let again = bench.slave.respond_v1(bench.now, id, Ok(data));
+                assert!(again.is_err(), "a request was answered twice");
+            }
+        }
+        2 => {
+            if let Some(id) = bench.open.pop() {
+                let error = V1Error::new(ErrorCode1(input.octet())).with_detail(input.octet());
+                let _ = bench.slave.respond_v1(bench.now, id, Err(error));
+            }
+        }
+        3 => {
+            let abort = Abort::user(input.octet() & 15);
+            bench.slave.abort_connection(bench.now, input.below(4), abort);
+        }
+        4 => {
+            let (kind, slot) = (AlarmType(input.octet()), input.octet());
+            let (incident, add_ack) = match input.below(2) {
+                0 => (Incident::Appears, AddAck::NotNeeded),
+                _ => (Incident::Disappears, AddAck::Needed),
+            };
+            let data = input.octets();
+            let _ = bench.slave.send_alarm((kind, slot), incident, add_ack, data);
+        }
+        _ => bench.open.clear(),
+    }
+    bench.transmit();
+}
+
 pub(crate) fn run(data: &[u8]) {
     let mut input = Input::new(data);
     let settings = input.octet();
@@ -245,11 +327,18 @@ pub(crate) fn run(data: &[u8]) {
     bench.check();
 
     while !input.is_empty() {
-        match input.below(12) {
+        match input.below(16) {
             0 => {
                 let octets = input.octets();
                 bench.hear(octets);
             }
+            12 | 13 => {
+                if let Some((header, data)) = acyclic(&mut input, bench.slave.address()) {
+                    bench.request(header, &data);
+                    bench.advance(BAUD.duration(BitTimes(75)));
+                }
+            }
+            14 | 15 => application(&mut bench, &mut input),
             1 | 2 => {
                 if let Some((header, data)) = telegram(&mut input, bench.slave.address()) {
                     bench.request(header, &data);
@@ -322,10 +411,8 @@ pub(crate) fn run(data: &[u8]) {
         [0xE5]
     );
     assert_eq!(bench.slave.master(), None);
-    assert_eq!(
-        bench.ask(free, Some(sap::SET_PRM), &[0x80, 1, 1, 11, 0x00, 0xDA, 0]),
-        [0xE5]
-    );
+    let prm = [0x80, 1, 1, 11, 0x00, 0xDA, 0, 0x80, 0x00, 0x00];
+    assert_eq!(bench.ask(free, Some(sap::SET_PRM), &prm), [0xE5]);
     assert_eq!(bench.ask(free, Some(sap::CHK_CFG), CONFIGURATION), [0xE5]);
     bench.slave.set_inputs(&[0xAB, 0xCD]);
     let answer = bench.ask(free, None, &[0x12, 0x34]);
@@ -334,5 +421,26 @@ pub(crate) fn run(data: &[u8]) {
         panic!("no inputs: {answer:02X?}");
     };
     assert_eq!((header.sa, header.da, data), (own, free, &[0xAB, 0xCD][..]));
+    bench.check();
+    if settings & 0x80 != 0 {
+        read_a_record(&mut bench, free);
+    }
+}
+
+/// Over MSAC1, which data exchange has opened.
+fn read_a_record(bench: &mut Bench, master: Address) {
+    while bench.slave.poll_v1_request().is_some() {}
+    let saps = Some((sap::MSAC1, sap::MSAC1));
+    assert_eq!(bench.ask_from(master, saps, &[0x5E, 1, 47, 240]), [0xE5]);
+    let request = bench.slave.poll_v1_request().unwrap();
+    bench
+        .slave
+        .respond_v1(bench.now, request.id, Ok(&[0xCA, 0xFE]))
+        .unwrap();
+    let answer = bench.ask_from(master, saps, &[]);
+    let Ok((Telegram::Data { data, .. }, _)) = decode_one(&answer) else {
+        panic!("no record: {answer:02X?}");
+    };
+    assert_eq!(data, [0x5E, 1, 47, 2, 0xCA, 0xFE]);
     bench.check();
 }

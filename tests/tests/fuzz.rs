@@ -44,6 +44,34 @@ fn octets(most: usize) -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(octet, 0..most)
 }
 
+/// Lines as they stand in GSD files, in any order and with anything between.
+fn lines() -> impl Strategy<Value = Vec<u8>> {
+    let known = include_str!("../../lenze9300-model/gsd/LENZ00DA.GSD")
+        .lines()
+        .map(|line| format!("{line}\n"));
+    let more = [
+        "Module=\"x\" 0xC1,0x83,\\\n",
+        "EndModule\n",
+        "PrmText=1\nText(0)=\"off\"\nEndPrmText\n",
+        "ExtUserPrmData=1 \"a\"\nBitArea(2-5) 1 0-9\nPrm_Text_Ref=1\nEndExtUserPrmData\n",
+        "Ext_User_Prm_Data_Ref(3)=1\n",
+        "Unit_Diag_Area=0-7\nValue(3)=\"hot\"\nUnit_Diag_Area_End\n",
+        "SlotDefinition\nSlot(1)=\"s\" 1 1-2\nEndSlotDefinition\n",
+        "; a remark",
+        "\"",
+        "=",
+        "(",
+        "99999999999999999999",
+        "-1",
+    ];
+    let known: Vec<String> = known.chain(more.map(str::to_owned)).collect();
+    let piece = prop_oneof![
+        8 => prop::sample::select(known).prop_map(String::into_bytes),
+        1 => prop::collection::vec(any::<u8>(), 0..6),
+    ];
+    prop::collection::vec(piece, 0..40).prop_map(|pieces| pieces.concat())
+}
+
 #[test]
 fn the_corpus_of_the_decoder_is_clean() {
     replay("decoder", bodies::decoder::run);
@@ -57,6 +85,11 @@ fn the_corpus_of_the_slave_is_clean() {
 #[test]
 fn the_corpus_of_the_master_is_clean() {
     replay("master", bodies::master::run);
+}
+
+#[test]
+fn the_corpus_of_the_gsd_reader_is_clean() {
+    replay("gsd", bodies::gsd::run);
 }
 
 #[test]
@@ -75,6 +108,11 @@ proptest! {
     #[test]
     fn a_slave_survives_anything_and_starts_up_again(octets in octets(200)) {
         bodies::slave::run(&octets);
+    }
+
+    #[test]
+    fn any_text_is_read_as_a_gsd_file(octets in lines()) {
+        bodies::gsd::run(&octets);
     }
 
     #[test]
