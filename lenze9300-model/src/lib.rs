@@ -12,6 +12,7 @@
 //! | [`code`] | the codes, their ranges and the negative answers |
 //! | [`traverse`] | the positioning program with its profile generator |
 //! | [`device`] | the drive: terminals, monitoring, the 1 ms task |
+//! | [`signal`], [`scope`] | the signals by name, and the oscilloscope |
 //! | [`bus`] | EMF2133IB, the PROFIBUS module |
 //! | [`noise`] | counter-based noise |
 //!
@@ -35,6 +36,8 @@ pub mod device;
 pub mod noise;
 pub mod plant;
 pub mod response;
+pub mod scope;
+pub mod signal;
 mod toml_file;
 pub mod traverse;
 pub mod units;

@@ -599,6 +599,11 @@ impl Drive {
         }
     }
 
+    /// LECOM number of the present fault, as C0067 shows it; 0 = none.
+    pub fn shown_fault(&self) -> u16 {
+        self.monitor.lecom_number()
+    }
+
     /// The fault memory.
     #[doc(alias = "Fehlerspeicher")]
     pub fn fault_memory(&self) -> &FaultMemory {
