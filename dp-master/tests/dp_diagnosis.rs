@@ -7,8 +7,8 @@
 mod common;
 
 use common::{Line, SLAVE, slave_identity};
-use dp_master::dp::{Block, ExtDiag, MasterEvent, Mode, Overflow, SlaveConfig, StationStatus};
-use dp_master::time::Baud;
+use dp_master::dp::{Block, ExtDiag, InputValidity, MasterEvent, Mode, Overflow, SlaveConfig, StationStatus};
+use dp_master::time::{Baud, Duration};
 
 fn exchanging(identifiers: &[u8]) -> Line {
     let config = SlaveConfig::new(SLAVE, 0x00DA, identifiers).unwrap();
@@ -114,4 +114,32 @@ fn more_than_238_octets_are_refused_and_nothing_changes() {
             .is_err()
     );
     assert_eq!(line.slaves[0].diagnosis(), before);
+}
+
+#[test]
+fn a_slave_without_valid_data_is_asked_for_diagnosis_until_it_has_some() {
+    let mut line = exchanging(&[0xF3]);
+    let slave = line.indices[0];
+    line.slaves[0].set_input_validity(InputValidity::Invalid);
+    line.run_for(Duration::from_millis(2));
+    let (exchanges, heard) = (line.master.exchanges(slave), line.tap.log.len());
+    line.run_for(Duration::from_millis(5));
+    assert_eq!(line.master.exchanges(slave), exchanges);
+    let asked = |telegram: &&String| telegram.starts_with("68 05 05 68 83 82");
+    assert!(line.tap.log[heard..].iter().filter(asked).count() > 10);
+    // Told once, however often it is read.
+    let events = line.master_events();
+    assert!(
+        matches!(events[..], [MasterEvent::Diagnosis { diagnosis, .. }] if diagnosis.status.contains(StationStatus::STAT_DIAG)),
+        "{events:?}"
+    );
+    line.slaves[0].set_input_validity(InputValidity::Valid);
+    line.run_for(Duration::from_millis(5));
+    assert!(line.master.exchanges(slave) > exchanges);
+    let events = line.master_events();
+    assert!(
+        matches!(events[..], [MasterEvent::Diagnosis { diagnosis, .. }] if !diagnosis.status.intersects(StationStatus::STAT_DIAG)),
+        "{events:?}"
+    );
+    line.assert_no_violations();
 }

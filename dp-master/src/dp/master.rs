@@ -579,11 +579,17 @@ impl<const N: usize> Cyclic<N> {
         }
     }
 
-    fn slave_at(&mut self, address: Address) -> Option<&mut SlaveHandler> {
-        self.slaves
-            .iter_mut()
-            .flatten()
-            .find(|slave| slave.address() == address)
+    /// A job has read the diagnosis of a station, which may be a slave of ours.
+    fn diagnosis_seen(&mut self, now: Instant, peer: Address, data: &[u8]) {
+        let mut slaves = self.slaves.iter_mut().enumerate();
+        let found =
+            slaves.find_map(|(place, slave)| Some((place, slave.as_mut().filter(|slave| slave.address() == peer)?)));
+        if let Some((place, slave)) = found {
+            let context = context(&self.config, place);
+            if let Some(event) = slave.diagnosis_seen(now, data, &context) {
+                self.events.push(event);
+            }
+        }
     }
 
     /// The frame count bit of a station; a slave has one for cyclic and acyclic requests together.
@@ -710,12 +716,6 @@ impl<const N: usize> TokenUser for Cyclic<N> {
             }
             Step::Acyclic => {
                 self.step = Step::End;
-                if let Outcome::Response { header, data } = outcome
-                    && header.ssap == Some(sap::SLAVE_DIAG)
-                    && let Some(slave) = self.slave_at(header.sa)
-                {
-                    slave.diagnosis_seen(data);
-                }
                 if let Some((peer, count)) = self.jobs.confirm(now, started, outcome) {
                     let stale = self.stale;
                     let fcb = self.fcb_mut(peer);
@@ -724,6 +724,11 @@ impl<const N: usize> TokenUser for Cyclic<N> {
                         Count::Next if !stale => fcb.confirm(),
                         Count::Keep => {}
                         Count::Next | Count::Restart => fcb.reset(),
+                    }
+                    if let Outcome::Response { header, data } = outcome
+                        && header.ssap == Some(sap::SLAVE_DIAG)
+                    {
+                        self.diagnosis_seen(now, peer, data);
                     }
                 }
             }

@@ -65,6 +65,7 @@ mod diag_block;
 mod events;
 mod image;
 mod master;
+mod modules;
 mod operation;
 mod pace;
 mod peer_fcb;
@@ -89,6 +90,7 @@ pub use master::{
     AddSlaveError, ControlError, DpMaster, MasterConfig, MasterError, MasterEvent, MasterStatistics, Mode,
     OutputsError, SlaveIndex,
 };
+pub use modules::{EMPTY_SLOT, Slot};
 pub use operation::AutoClear;
 pub use pace::Overrun;
 pub use prm::{
@@ -97,7 +99,9 @@ pub use prm::{
 pub use set_slave_add::{
     AddressLock, MAX_NEW_ADDRESS, MAX_REMAINING, SET_SLAVE_ADD_LEN, SetSlaveAdd, SetSlaveAddError,
 };
-pub use slave::{AddressKept, DpSlave, ExtDiag, ExtDiagError, LeaveReason, SlaveEvent, SlavePhase, SlaveStatistics};
+pub use slave::{
+    AddressKept, DpSlave, ExtDiag, ExtDiagError, InputValidity, LeaveReason, SlaveEvent, SlavePhase, SlaveStatistics,
+};
 pub use slave_handler::{Activation, AutoClearVote, ClearOutputs, Demand, LossCause, SlaveConfig, SlaveState};
 pub use slave_identity::{
     AcceptedConfigurations, AddressChange, IdentityError, OutputsOnLeave, SlaveIdentity, Support,

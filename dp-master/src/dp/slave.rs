@@ -176,6 +176,16 @@ pub enum ExtDiag {
     Message,
 }
 
+/// Whether the inputs of a slave mean anything just now (Stat_Diag).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum InputValidity {
+    /// They do.
+    #[default]
+    Valid,
+    /// They do not: Stat_Diag is set, and the master reads diagnosis instead of exchanging data until it is gone.
+    Invalid,
+}
+
 /// A DP-V0 slave; see [`Station`] for the order of calls.
 #[doc(alias = "DP-Slave")]
 #[derive(Debug, Clone)]
@@ -218,6 +228,7 @@ impl DpSlave {
                 ext_diag: Octets::EMPTY,
                 ext_diag_kind: ExtDiag::Message,
                 overflow: Overflow::Complete,
+                input_validity: InputValidity::Valid,
                 diag_pending: false,
                 scratch: [0; MAX_DATA],
                 new_outputs: false,
@@ -307,6 +318,15 @@ impl DpSlave {
         device.overflow = overflow;
         device.diag_pending = true;
         Ok(())
+    }
+
+    /// Says whether the inputs mean anything; a change is announced to the master.
+    pub fn set_input_validity(&mut self, validity: InputValidity) {
+        let device = &mut self.device;
+        if device.input_validity != validity {
+            device.input_validity = validity;
+            device.diag_pending = true;
+        }
     }
 
     /// The standard octets a Slave_Diag would carry now.
@@ -416,6 +436,7 @@ pub(super) struct Device {
     ext_diag: Octets<MAX_EXT_DIAG>,
     ext_diag_kind: ExtDiag,
     overflow: Overflow,
+    input_validity: InputValidity,
     /// The master has not read the diagnosis since it changed.
     diag_pending: bool,
     t_sdr: BitTimes,
@@ -515,6 +536,7 @@ impl Device {
             .with_if(StationStatus::STATION_NOT_READY, !in_exchange)
             .with_if(StationStatus::PRM_REQ, self.phase == SlavePhase::WaitPrm)
             .with_if(StationStatus::EXT_DIAG, self.ext_diag_kind == ExtDiag::Fault)
+            .with_if(StationStatus::STAT_DIAG, self.input_validity == InputValidity::Invalid)
             .with_if(StationStatus::WD_ON, self.watchdog.is_some())
             .with_if(StationStatus::SYNC_MODE, self.sync == Hold::Held)
             .with_if(StationStatus::FREEZE_MODE, self.freeze == Hold::Held);

@@ -410,15 +410,14 @@ impl SlaveHandler {
         report
     }
 
-    /// A job has read the diagnosis. To the slave that was its master, so it will not announce again what the job has seen: anything new is
-    /// read once more, for the events.
-    pub(super) fn diagnosis_seen(&mut self, data: &[u8]) {
-        if self.state == SlaveState::DataExchange
-            && let Ok(seen) = Diagnosis::parse(data)
-            && self.diagnosis != Some(seen)
-        {
-            self.diag_due = true;
+    /// A job has read the diagnosis. To the slave that was its master, so it will not announce again what the job has seen: anything new counts as
+    /// read here.
+    pub(super) fn diagnosis_seen(&mut self, now: Instant, data: &[u8], context: &Context) -> Option<MasterEvent> {
+        let seen = Diagnosis::parse(data).ok()?;
+        if self.state != SlaveState::DataExchange || self.diagnosis == Some(seen) {
+            return None;
         }
+        self.diagnosed(now, Answer::Data { data, high: false }, context)
     }
 
     /// The master leaves data exchange.
@@ -539,6 +538,7 @@ impl SlaveHandler {
 
     /// A diagnosis in data exchange.
     fn diagnosed(&mut self, now: Instant, answer: Answer<'_>, context: &Context) -> Option<MasterEvent> {
+        let before = self.diagnosis;
         let diagnosis = match self.read_diagnosis(answer) {
             Ok(diagnosis) => diagnosis,
             Err(Refusal::Response(function)) => {
@@ -557,6 +557,9 @@ impl SlaveHandler {
         }
         // With Stat_Diag the slave has no valid data and wants to be asked again.
         self.diag_due = diagnosis.status.intersects(StationStatus::STAT_DIAG);
+        if self.diag_due && self.diagnosis == before {
+            return None;
+        }
         Some(MasterEvent::Diagnosis {
             slave: context.slave,
             diagnosis,

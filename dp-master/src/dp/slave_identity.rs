@@ -4,6 +4,7 @@ use core::ops::RangeInclusive;
 
 use super::cfg::{IoLengths, io_lengths};
 use super::image::MAX_DATA;
+use super::modules::{Slot, fit};
 use super::prm::MAX_USER_PRM;
 use super::v1::V1Capabilities;
 use crate::address::Address;
@@ -14,15 +15,19 @@ use crate::time::{Baud, Duration};
 pub enum AcceptedConfigurations {
     /// These.
     Table(&'static [&'static [u8]]),
+    /// Those that fit the slots of a modular slave.
+    Modular(&'static [Slot]),
     /// Those for which the function gives lengths; for configurations with a rule instead of a list. Lengths above 244 count as refused.
     Rule(fn(&[u8]) -> Option<IoLengths>),
 }
 
 impl AcceptedConfigurations {
-    pub(super) fn check(self, identifiers: &[u8]) -> Option<IoLengths> {
+    /// The lengths that the identifiers mean, if the slave accepts them.
+    pub fn check(self, identifiers: &[u8]) -> Option<IoLengths> {
         let lengths = match self {
             Self::Table(table) if table.contains(&identifiers) => io_lengths(identifiers).ok(),
-            Self::Table(_) => None,
+            Self::Modular(slots) if fit(slots, identifiers) => io_lengths(identifiers).ok(),
+            Self::Table(_) | Self::Modular(_) => None,
             Self::Rule(rule) => rule(identifiers),
         };
         lengths.filter(|lengths| lengths.inputs <= MAX_DATA && lengths.outputs <= MAX_DATA)
