@@ -10,6 +10,9 @@ use crate::time::Instant;
 /// slice. After every input the station may send, unless it is sending. At the end every station may send at `now`, so that a command given
 /// between two calls takes effect.
 ///
+/// A station that was switched on or given a command between two calls may name a timeout that has passed. It is called at the time up to
+/// which the last call ran, for that is when it happened.
+///
 /// Returns when it must be called next, as [`next_wakeup`] does; the caller may go there or in any larger steps.
 ///
 /// # Panics
@@ -42,6 +45,8 @@ pub(super) struct Scratch {
     /// When each station must be called next, in the order of the slice; [`NEVER`] for not at all. A station changes
     /// its mind only when it is called, so it is asked only then.
     timeouts: Vec<Instant>,
+    /// Up to when the last call ran.
+    reached: Instant,
 }
 
 impl Default for Scratch {
@@ -49,6 +54,7 @@ impl Default for Scratch {
         Self {
             telegram: [0; MAX_TELEGRAM],
             timeouts: Vec::new(),
+            reached: Instant::ZERO,
         }
     }
 }
@@ -64,9 +70,14 @@ struct Pump<'a, 's> {
 
 impl Pump<'_, '_> {
     fn run(&mut self, now: Instant) -> Option<Instant> {
-        let timeouts = self.stations.iter().map(|(_, station)| timeout_of(*station));
+        let reached = self.scratch.reached;
+        let timeouts = self
+            .stations
+            .iter()
+            .map(|(_, station)| timeout_of(*station).max(reached));
         self.scratch.timeouts.clear();
         self.scratch.timeouts.extend(timeouts);
+        self.scratch.reached = reached.max(now);
         loop {
             let (line, timer) = (self.bus.due(), self.earliest_timeout());
             if line.min(timer) > now {
@@ -127,7 +138,7 @@ impl Pump<'_, '_> {
     #[inline]
     fn follow_up(&mut self, at: Instant, place: usize) {
         let (port, station) = &mut self.stations[place];
-        let Scratch { telegram, timeouts } = &mut *self.scratch;
+        let Scratch { telegram, timeouts, .. } = &mut *self.scratch;
         if !self.bus.is_sending(*port)
             && let Some(octets) = station
                 .poll_transmit(at, telegram)
