@@ -348,7 +348,7 @@ fn a_cycle_holds_one_acyclic_telegram_at_most() {
     }
     line.run_for(Duration::from_millis(20));
     let mut asked = 0;
-    for cycle in line.tap.log[heard..].split(|telegram| telegram.starts_with("DC")) {
+    for cycle in line.tap.log[heard..].split(|telegram| telegram.starts_with("68 0B 0B 68 03 02")) {
         let status = cycle.iter().filter(|telegram| telegram.starts_with("10")).count();
         assert!(status <= 1, "{cycle:?}");
         asked += status;

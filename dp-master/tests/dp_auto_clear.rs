@@ -34,7 +34,12 @@ fn config(value: u8) -> SlaveConfig {
 
 /// A master in Operate with slaves 3 and 4 with outputs 1 and 2; both are on the line.
 fn line(auto_clear: AutoClear, slaves: &[SlaveConfig]) -> Line {
-    let mut master = MasterConfig::new(MASTER, BusParams::standard(BAUD));
+    // No master above ours: the search of the new ring is over at once.
+    let params = BusParams {
+        hsa: MASTER,
+        ..BusParams::standard(BAUD)
+    };
+    let mut master = MasterConfig::new(MASTER, params);
     master.auto_clear = auto_clear;
     master.data_control_time = CONTROL_TIME;
     let mut line = Line::with_config(master, slaves);

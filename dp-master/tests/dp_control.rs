@@ -90,7 +90,7 @@ fn commands_given_at_once_go_out_one_a_cycle_in_their_order() {
     line.master.send_control(command(ControlCommand::FREEZE, 0x02)).unwrap();
     line.run_for(Duration::from_millis(5));
     assert_eq!(controls(&line, heard), ["20 01", "08 02"]);
-    let cycles = line.tap.log[heard..].split(|telegram| telegram.starts_with("DC"));
+    let cycles = line.tap.log[heard..].split(|telegram| telegram.starts_with("68 0B 0B 68 03 02"));
     for cycle in cycles {
         assert!(
             cycle

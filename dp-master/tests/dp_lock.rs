@@ -10,6 +10,7 @@ use common::bench::{BAUD, Bench, response};
 use common::{Line, SLAVE, slave_identity};
 use dp_master::address::Address;
 use dp_master::dp::{LeaveReason, MasterEvent, Mode, SlaveConfig, SlaveEvent, SlavePhase, SlaveState, sap};
+use dp_master::fdl::{FdlState, RingEvent};
 use dp_master::station::{MAX_TELEGRAM, Station};
 use dp_master::time::Duration;
 use dp_master::wire::{Fcb, RequestFunction, ResponseFunction, Telegram, decode_one};
@@ -171,14 +172,14 @@ fn a_master_does_not_take_a_slave_from_another_and_says_whose_it_is() {
 }
 
 #[test]
-fn a_foreign_token_silences_the_master_until_the_line_is_quiet() {
+fn a_master_that_hears_a_foreign_token_gives_its_own_up_and_regains_it_when_the_line_is_quiet() {
     let mut line = Line::new(BAUD, &[SlaveConfig::new(SLAVE, 0x00DA, &[0xF3]).unwrap()]);
     line.add_slave(slave_identity(BAUD));
     let intruder = line.bus.attach();
     line.master.set_mode(Mode::Operate);
     line.run_until(|line| line.master.exchanges(line.indices[0]) == 5);
     line.master_events();
-    // Between a reply and the next token, as a master that does not know of us would.
+    // Between a reply and the next request, as a master that does not know of us would.
     line.run_until(|line| {
         line.tap
             .log
@@ -189,20 +190,52 @@ fn a_foreign_token_silences_the_master_until_the_line_is_quiet() {
     let mut begin = line.now + Duration::from_micros(10);
     line.bus.clear_violations();
     for _ in 0..3 {
+        // From 5 to 7: our master at 2 is not between them.
         line.bus.transmit(begin, intruder, &[0xDC, 0x07, 0x05]);
         let sent = line.tap.log.len();
         line.run_for(Duration::from_micros(1_500));
         // Ttimeout of address 2 is 2 ms: nothing of ours in between.
         assert_eq!(line.tap.log[sent..], ["DC 07 05"]);
-        assert!(!line.master.holds_token());
+        assert_eq!(line.master.fdl_state(), FdlState::ActiveIdle);
         begin = line.now;
     }
-    let address = Address::new(5).unwrap();
-    assert_eq!(line.master_events(), [MasterEvent::ForeignMaster { address }]);
-    // The other master is gone: the token is claimed again and the exchange goes on.
+    let [five, seven] = [5, 7].map(|value| Address::new(value).unwrap());
+    let ring = |event| MasterEvent::Ring(event);
+    assert_eq!(
+        line.master_events(),
+        [
+            ring(RingEvent::SecondToken(five)),
+            ring(RingEvent::StationJoined(five)),
+            ring(RingEvent::StationJoined(seven)),
+        ]
+    );
+    // The others are gone: the token is claimed again, offered to each of them three times, and the exchange goes on.
+    let sent = line.tap.log.len();
     line.run_for(Duration::from_millis(10));
     assert_eq!(line.master.state(line.indices[0]), SlaveState::DataExchange);
-    assert!(line.master_events().contains(&MasterEvent::TokenClaimed));
+    assert_eq!(
+        line.master_events(),
+        [
+            ring(RingEvent::TokenLost),
+            ring(RingEvent::Claimed),
+            ring(RingEvent::StationLeft(five)),
+            ring(RingEvent::StationLeft(seven)),
+        ]
+    );
+    for (token, times) in [("DC 05 02", 3), ("DC 07 02", 3)] {
+        let heard = line.tap.log[sent..]
+            .iter()
+            .filter(|telegram| *telegram == token)
+            .count();
+        assert_eq!(heard, times, "{token}");
+    }
+    // The intruder did not keep Tsyn when it broke in; ours broke no rule.
+    let ours = line
+        .bus
+        .violations()
+        .iter()
+        .filter(|violation| violation.port == line.master_port);
+    assert_eq!(ours.count(), 0);
 }
 
 proptest! {

@@ -17,7 +17,7 @@ fn one_block(address: Address) -> SlaveConfig {
     SlaveConfig::new(address, 0x00DA, &[0xF3]).unwrap()
 }
 
-/// A line in data exchange, at the moment before a Data_Exchange request; bursts per cycle: token, request, reply.
+/// A line in data exchange, at the moment before a Data_Exchange request; bursts per cycle: request, reply.
 fn exchanging(baud: Baud) -> Line {
     let mut line = Line::new(baud, &[one_block(SLAVE)]);
     line.add_slave(slave_identity(baud));
@@ -26,9 +26,9 @@ fn exchanging(baud: Baud) -> Line {
     line
 }
 
-/// The burst after the token that follows is the request.
-const REQUEST: u64 = 1;
-const REPLY: u64 = 2;
+/// The burst that follows is the request.
+const REQUEST: u64 = 0;
+const REPLY: u64 = 1;
 
 fn data_exchanges(line: &Line, from: usize) -> Vec<&str> {
     line.tap.log[from..]

@@ -2,7 +2,7 @@
 
 use dp_master::address::Address;
 use dp_master::dp::{DpMaster, MasterConfig, MasterEvent, Mode, SlaveConfig, SlaveIndex, Watchdog};
-use dp_master::fdl::BusParams;
+use dp_master::fdl::{BusParams, RingEvent};
 use dp_master::time::{Baud, Duration};
 use lenze9300_model::bus::dp::IDENT;
 
@@ -58,7 +58,7 @@ fn watchdog(baud: Baud, min_cycle: Duration, latency: Duration) -> Result<Watchd
 /// Why a slave is not in data exchange, in one sentence.
 pub fn trouble(event: &MasterEvent) -> Option<String> {
     match event {
-        MasterEvent::ForeignMaster { address } => Some(format!("another master (address {address}) is on the line")),
+        MasterEvent::Ring(event) => ring_trouble(*event),
         MasterEvent::ParametersRefused { diagnosis, .. } => Some(format!(
             "the slave refused its parameters; its ident number is 0x{:04X}",
             diagnosis.ident
@@ -66,6 +66,19 @@ pub fn trouble(event: &MasterEvent) -> Option<String> {
         MasterEvent::ConfigurationRefused { .. } => Some("the slave refused its configuration".to_string()),
         MasterEvent::OwnedByOther { .. } => Some("the slave belongs to another master".to_string()),
         MasterEvent::SlaveLost { .. } => Some("the slave stopped answering".to_string()),
+        _ => None,
+    }
+}
+
+fn ring_trouble(event: RingEvent) -> Option<String> {
+    match event {
+        RingEvent::StationJoined(master) => Some(format!("another master (address {master}) shares the line")),
+        RingEvent::SecondToken(master) => Some(format!("the master at address {master} spoke out of turn")),
+        RingEvent::DuplicateAddress => Some(format!(
+            "another master has address {MASTER_ADDRESS}, ours; give it another one"
+        )),
+        RingEvent::TokenLost => Some("the token was lost".to_string()),
+        RingEvent::Left(_) => Some("the other masters left ours out of the ring".to_string()),
         _ => None,
     }
 }

@@ -27,7 +27,8 @@ use super::sap;
 use super::slave_handler::{Activation, Context, LossCause, SlaveConfig, SlaveHandler, SlaveState};
 use crate::address::Address;
 use crate::fdl::{
-    Action, ActiveStation, BusParams, BusParamsError, Confirmation, FcbCounter, Outcome, Repeat, RingEvent, TokenUser,
+    Access, Action, ActiveStation, BusParams, BusParamsError, Confirmation, FcbCounter, FdlState, Las, Membership,
+    Outcome, Repeat, RingEvent, TokenUser,
 };
 use crate::station::{LineError, MAX_TELEGRAM, Station};
 use crate::time::{Duration, Instant};
@@ -97,13 +98,8 @@ impl SlaveIndex {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MasterEvent {
-    /// The line was silent, the token is ours.
-    TokenClaimed,
-    /// Another master is on the line (with our own address: a second station has it); we are silent until it is gone.
-    ForeignMaster {
-        /// Its address.
-        address: Address,
-    },
+    /// Something happened to the token or the ring of masters.
+    Ring(RingEvent),
     /// The slave accepted everything; from the next cycle on its data are exchanged.
     DataExchange {
         /// Which slave.
@@ -187,6 +183,10 @@ pub struct MasterStatistics {
     pub discarded: u64,
     /// Characters the receiver could not use.
     pub line_errors: u64,
+    /// The last real rotation time of the token (Trr); zero before the second token.
+    pub last_rotation: Duration,
+    /// The longest one.
+    pub longest_rotation: Duration,
     /// Requests that a slave refused (RS, UE, RR…).
     pub rejected: u64,
     /// Data_Exchange requests answered with data or an acknowledgement.
@@ -431,6 +431,8 @@ impl<const N: usize> DpMaster<N> {
             timeouts: fdl.timeouts,
             discarded: fdl.discarded,
             line_errors: fdl.line_errors,
+            last_rotation: fdl.last_rotation,
+            longest_rotation: fdl.longest_rotation,
             mean_cycle: Duration::from_nanos(total.checked_div(cyclic.cycles).unwrap_or(0)),
             lost_events: self.cyclic.events.lost(),
             ..cyclic
@@ -440,6 +442,27 @@ impl<const N: usize> DpMaster<N> {
     /// Whether the station holds the token.
     pub fn holds_token(&self) -> bool {
         self.fdl.holds_token()
+    }
+
+    /// The state of the data link layer.
+    pub fn fdl_state(&self) -> FdlState {
+        self.fdl.state()
+    }
+
+    /// The masters of the ring, this one among them once it [is a member](Self::is_in_ring).
+    pub fn las(&self) -> Las {
+        self.fdl.las()
+    }
+
+    /// Whether this master is a member of the ring.
+    pub fn is_in_ring(&self) -> bool {
+        self.fdl.is_in_ring()
+    }
+
+    /// Tells the master to leave the ring, or to come back. It passes the token on before it leaves; its slaves are then
+    /// left to their watchdogs.
+    pub fn set_membership(&mut self, membership: Membership) {
+        self.fdl.set_membership(membership);
     }
 
     fn handler(&self, slave: SlaveIndex) -> Option<&SlaveHandler> {
@@ -633,7 +656,7 @@ fn context(config: &MasterConfig, place: usize) -> Context {
 
 impl<const N: usize> TokenUser for Cyclic<N> {
     /// At most one look at each slave.
-    fn next_action(&mut self, now: Instant) -> Action<'_> {
+    fn next_action(&mut self, now: Instant, access: Access) -> Action<'_> {
         // Nothing is under way when this is asked.
         self.stale = false;
         if self.step == Step::Begin {
@@ -671,7 +694,10 @@ impl<const N: usize> TokenUser for Cyclic<N> {
                 repeat: Repeat::Never,
             };
         }
+        // Jobs are of low priority by nature. When the token is late they wait; the one message cycle it still allows
+        // belongs to the exchange.
         if self.step != Step::End
+            && access == Access::Any
             && let Some(peer) = self.jobs.begin()
         {
             self.step = Step::Acyclic;
@@ -753,18 +779,13 @@ impl<const N: usize> TokenUser for Cyclic<N> {
     }
 
     fn handle_ring(&mut self, _now: Instant, event: RingEvent) {
-        match event {
-            RingEvent::Claimed => {
-                self.step = Step::Begin;
-                // The silence before was no cycle.
-                self.pace.restart();
-                self.peers.forget();
-                self.events.push(MasterEvent::TokenClaimed);
-            }
-            RingEvent::ForeignMaster(address) => {
-                self.events.push(MasterEvent::ForeignMaster { address });
-            }
+        if matches!(event, RingEvent::Claimed | RingEvent::Entered) {
+            self.step = Step::Begin;
+            // The time without a token was no cycle.
+            self.pace.restart();
+            self.peers.forget();
         }
+        self.events.push(MasterEvent::Ring(event));
     }
 }
 

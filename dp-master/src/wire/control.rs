@@ -130,6 +130,21 @@ impl FunctionCode {
             Self::Response { .. } => false,
         }
     }
+
+    /// Whether this is a request of high priority: SDA, SDN or SRD high.
+    ///
+    /// Everything else waits for hold time: the low ones, and the status requests that management makes.
+    #[inline]
+    #[must_use]
+    pub const fn is_high_priority(self) -> bool {
+        matches!(
+            self,
+            Self::Request {
+                function: RequestFunction::SdaHigh | RequestFunction::SdnHigh | RequestFunction::SrdHigh,
+                ..
+            }
+        )
+    }
 }
 
 impl From<u8> for FunctionCode {
