@@ -3,8 +3,10 @@
 use core::f64::consts::SQRT_2;
 
 use crate::code::CodeStore;
-use crate::code::table::number::{C0011, C0022, C0070, C0071, C0075, C0076, C0254, C0497};
-use crate::control::{CurrentController, Decoupling, PiGains, PositionController, SpeedController};
+use crate::code::table::number::{C0011, C0022, C0070, C0071, C0072, C0075, C0076, C0254, C0497};
+use crate::control::{
+    CurrentController, Decoupling, PiGains, PositionController, SpeedController, SpeedGains, SpeedInput, VoltageReserve,
+};
 use crate::plant::{
     DcLink, DcLinkParams, Dq, DriveTrain, Feedback, FeedbackParams, LinkState, LinkThresholds, Mains, MechanicsParams,
     OutputStage, PmsmParams, ShaftAngle, ShaftSegment, limit_to_voltage_circle, without_denormals,
@@ -39,6 +41,8 @@ pub struct ControllerCodes {
     pub c0070_speed_gain: f64,
     /// C0071, speed controller Tn, s, 0.001…0.600; above 0.512 the integral part is off.
     pub c0071_speed_tn_s: f64,
+    /// C0072, speed controller Td, s, 0…0.032.
+    pub c0072_speed_td_s: f64,
     /// C0075, current controller Vp, 0…15.99: share of nominal link voltage over device peak current.
     pub c0075_current_gain: f64,
     /// C0076, current controller Tn, s, 0.0005…2.0; at 2.0 the integral part is off.
@@ -58,6 +62,7 @@ impl Default for ControllerCodes {
             c0022_i_max_a: 1.35,
             c0070_speed_gain: 5.0,
             c0071_speed_tn_s: 0.020,
+            c0072_speed_td_s: 0.0,
             c0075_current_gain: 0.75,
             c0076_current_tn_s: 1.5e-3,
             c0254_position_gain: 0.4,
@@ -76,6 +81,7 @@ impl ControllerCodes {
             c0022_i_max_a: codes.number(C0022, 0),
             c0070_speed_gain: codes.number(C0070, 0),
             c0071_speed_tn_s: codes.number(C0071, 0) / 1000.0,
+            c0072_speed_td_s: codes.number(C0072, 0) / 1000.0,
             c0075_current_gain: codes.number(C0075, 0),
             c0076_current_tn_s: codes.number(C0076, 0) / 1000.0,
             c0254_position_gain: codes.number(C0254, 0),
@@ -196,6 +202,16 @@ impl AxisParams {
         PiGains {
             k_p: self.codes.c0070_speed_gain * self.torque_max_nm() / self.codes.c0011_n_max.to_rad_s(),
             t_n_s: if t_n_s > 0.512 { f64::INFINITY } else { t_n_s },
+        }
+    }
+
+    /// Everything the speed controller is made of.
+    #[must_use]
+    pub fn speed_controller_gains(&self) -> SpeedGains {
+        SpeedGains {
+            pi: self.speed_gains(),
+            t_d_s: self.codes.c0072_speed_td_s,
+            torque_max_nm: self.torque_max_nm(),
         }
     }
 
@@ -338,11 +354,7 @@ impl Axis {
         let mut axis = Self {
             params: *params,
             feedback: Feedback::new(&params.feedback, train.angle(), tick_s),
-            speed: SpeedController::new(
-                params.speed_gains(),
-                params.torque_max_nm(),
-                ticks_per_speed_period as f64 * tick_s,
-            ),
+            speed: SpeedController::new(params.speed_controller_gains(), ticks_per_speed_period as f64 * tick_s),
             current: CurrentController::new(params.current_gains(), &params.motor, params.decoupling, tick_s),
             train,
             link,
@@ -427,8 +439,7 @@ impl Axis {
     /// Takes over changed codes; integrators keep what they hold. Not meant for every tick.
     pub fn set_codes(&mut self, codes: ControllerCodes) {
         self.params.codes = codes;
-        self.speed
-            .set_gains(self.params.speed_gains(), self.params.torque_max_nm());
+        self.speed.set_gains(self.params.speed_controller_gains());
         self.current.set_gains(self.params.current_gains());
         self.amperes_per_nm = 1.0 / self.params.motor.torque_per_peak_ampere();
         self.filter_share = self.tick_s / (self.tick_s + codes.c0497_speed_filter_s.max(0.0));
@@ -463,7 +474,16 @@ impl Axis {
 
     #[inline]
     fn control_speed(&mut self, omega_ref: f64, torque_ff: f64) {
-        let demand = self.speed.step(omega_ref - self.sample.omega_meas, torque_ff);
+        let demand = self.speed.step(&SpeedInput {
+            omega_ref,
+            omega_meas: self.sample.omega_meas,
+            torque_ff_nm: torque_ff,
+            voltage: if self.sample.voltage_limited {
+                VoltageReserve::Exhausted
+            } else {
+                VoltageReserve::Enough
+            },
+        });
         self.i_q_ref = demand.torque_nm * self.amperes_per_nm;
         self.sample.torque_ref = demand.torque_nm;
         self.sample.torque_limited = demand.limited;

@@ -132,7 +132,9 @@ const X_Q: usize = 7;
 const TRACK_ERROR: usize = 8;
 const TRACK_SPEED: usize = 9;
 const X_SPEED: usize = 10;
-const STATES: usize = 11;
+/// Speed measured in the period before, rad/s.
+const OMEGA_BEFORE: usize = 11;
+const STATES: usize = 12;
 
 type State = SVector<f64, STATES>;
 
@@ -143,6 +145,7 @@ struct TickModel {
     plant: SMatrix<f64, 4, 6>,
     current: PiGains,
     speed: PiGains,
+    speed_t_d_s: f64,
     k_v_per_s: f64,
     amperes_per_nm: f64,
     tracking: TrackingGains,
@@ -198,6 +201,7 @@ impl TickModel {
             plant,
             current: params.current_gains(),
             speed: params.speed_gains(),
+            speed_t_d_s: params.codes.c0072_speed_td_s,
             k_v_per_s: params.position_controller().k_v(),
             amperes_per_nm: 1.0 / torque_per_ampere,
             tracking: params.feedback.tracking_gains(tick_s),
@@ -224,31 +228,30 @@ impl TickModel {
         match self.kind {
             LoopKind::Current => {
                 let mut next = self.tick(state, -w);
-                next[X_SPEED] = 0.0;
+                (next[X_SPEED], next[OMEGA_BEFORE]) = (0.0, 0.0);
                 next
             }
-            LoopKind::Speed => self.speed_period(state, -w),
+            LoopKind::Speed => self.speed_period(state, 0.0, w),
             LoopKind::Position => {
                 let omega_ref = -self.k_v_per_s * w;
                 let mut state = *state;
                 for _ in 0..self.ticks_per_position_period / self.ticks_per_speed_period {
                     let omega_meas = state[TRACK_SPEED] * self.rad_s_per_inc_tick();
-                    state = self.speed_period(&state, omega_ref - omega_meas);
+                    state = self.speed_period(&state, omega_ref, omega_meas);
                 }
                 state
             }
         }
     }
 
-    fn speed_period(&self, state: &State, omega_error: f64) -> State {
-        let proportional = self.speed.k_p * omega_error;
-        let i_q_ref = (proportional + state[X_SPEED]) * self.amperes_per_nm;
+    fn speed_period(&self, state: &State, omega_ref: f64, omega_meas: f64) -> State {
+        let period_s = self.ticks_per_speed_period as f64 * self.tick_s;
+        let proportional = self.speed.k_p * (omega_ref - omega_meas);
+        let differential = self.speed.k_p * self.speed_t_d_s / period_s * (omega_meas - state[OMEGA_BEFORE]);
+        let i_q_ref = (proportional + state[X_SPEED] - differential) * self.amperes_per_nm;
         let mut next = *state;
-        next[X_SPEED] = integrated(
-            state[X_SPEED],
-            proportional,
-            self.ticks_per_speed_period as f64 * self.tick_s / self.speed.t_n_s,
-        );
+        next[OMEGA_BEFORE] = omega_meas;
+        next[X_SPEED] = integrated(state[X_SPEED], proportional, period_s / self.speed.t_n_s);
         for _ in 0..self.ticks_per_speed_period {
             let error = i_q_ref - next[I_Q];
             next = self.tick(&next, error);
