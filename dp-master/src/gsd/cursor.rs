@@ -73,13 +73,7 @@ impl<'s, 'a> Cursor<'s, 'a> {
     /// The fault that something else should stand here.
     pub(super) fn expected<T>(&self, what: impl core::fmt::Display) -> Result<T, Fault> {
         let got = match self.tokens.first() {
-            Some(token) => {
-                let written = self.text.get(token.span.clone()).unwrap_or("");
-                match written.char_indices().nth(SHOWN) {
-                    Some((cut, _)) => format!("`{}…`", written.get(..cut).unwrap_or("")),
-                    None => format!("`{}`", written.escape_debug()),
-                }
-            }
+            Some(token) => format!("`{}`", shown(self.text.get(token.span.clone()).unwrap_or(""))),
             None => "the end of the line".to_owned(),
         };
         self.fault(format!("expected {what}, got {got}"))
@@ -190,5 +184,13 @@ impl<'s, 'a> Cursor<'s, 'a> {
     }
 }
 
-/// Characters of a token that a message shows.
-const SHOWN: usize = 40;
+/// A piece of the file in a message, cut where it would fill the line.
+pub(super) fn shown(piece: &str) -> String {
+    match piece.char_indices().nth(SHOWN) {
+        Some((cut, _)) => format!("{}…", piece.get(..cut).unwrap_or("")),
+        None => piece.to_owned(),
+    }
+}
+
+/// Characters of a piece that a message shows.
+const SHOWN: usize = 60;

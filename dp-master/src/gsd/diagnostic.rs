@@ -71,6 +71,19 @@ pub(super) struct Remarks {
     left_out: usize,
 }
 
+/// A message of one line without the control characters a file may have brought into it: it is shown on terminals.
+fn printable(message: String) -> String {
+    if message.contains(char::is_control) {
+        let escaped = |c: char| match c.is_control() {
+            true => c.escape_default().to_string(),
+            false => c.to_string(),
+        };
+        message.chars().map(escaped).collect()
+    } else {
+        message
+    }
+}
+
 /// More remarks than this help nobody; the rest is counted.
 const MOST: usize = 1_000;
 
@@ -85,6 +98,7 @@ impl Remarks {
 
     fn push(&mut self, severity: Severity, at: Position, message: String) {
         if self.all.len() < MOST {
+            let message = printable(message);
             self.all.push(Diagnostic { severity, at, message });
         } else {
             self.left_out += 1;

@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::block::{Block, MAX_BIT, Opener, home};
-use super::cursor::{Cursor, Fault};
+use super::cursor::{Cursor, Fault, shown};
 use super::device::{Gsd, MainFamily, OtherKeyword, Rate, Section, SlaveFamily};
 use super::diagnostic::{Position, Remarks};
 use super::grammar::{Ending, Kind, Statement, Token, statements};
@@ -566,14 +566,6 @@ pub(super) fn warn_long(remarks: &mut Remarks, at: Position, text: &str, most: u
     let count = text.chars().count();
     if count > most {
         remarks.warning(at, format!("the text has {count} characters, {most} are allowed"));
-    }
-}
-
-/// A name in a message, cut where it would fill the line.
-fn shown(name: &str) -> String {
-    match name.char_indices().nth(60) {
-        Some((cut, _)) => format!("{}…", name.get(..cut).unwrap_or("")),
-        None => name.escape_debug().to_string(),
     }
 }
 
