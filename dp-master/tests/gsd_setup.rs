@@ -400,7 +400,7 @@ fn the_slot_number_is_written_where_the_file_asks_for_it() {
     assert_eq!(user[15..], [0x07, 0x82, 0x04, 0x00, 0x02, 0x01, 0xF4]);
     assert_eq!(
         message(setup.set_in(4, "Filter time (ms)", 60)),
-        "slot 4: parameter `Filter time (ms)`: 60 is not allowed; allowed are 0, 5, 10, 20, 50, 100 to 1000"
+        "slot 4: parameter `Filter time (ms)`: 60 is not allowed; allowed are 0, 5, 10, 20, 50, 100, 500, 1000"
     );
 }
 
