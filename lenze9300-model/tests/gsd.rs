@@ -1,6 +1,6 @@
 //! The module's GSD file against the module: what the file promises to a configuration tool must hold on the bus.
 //!
-//! `gsd-parser` reads the file; what it leaves out is taken from the text.
+//! `gsd-parser` reads the file; what it leaves out is taken from the text. The reader of `dp-master` sets the module up.
 #![allow(
     clippy::unwrap_used,
     reason = "clippy allows it in test functions only, not in their helpers"
@@ -12,8 +12,10 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use bus_bench::{Bench, FREEZE, LOCK, Reply, SYNC};
-use dp_master::dp::{SlavePhase, io_lengths, sap};
+use dp_master::address::Address;
+use dp_master::dp::{ClearOutputs, SlavePhase, io_lengths, sap};
 use dp_master::fdl::BusParams;
+use dp_master::gsd::{Gsd, MainFamily, Rate, SetupError};
 use dp_master::time::{Baud, BitTimes};
 use dp_master::wire::ResponseFunction;
 use gsd_parser::{GenericStationDescription, PrmBuilder, SupportedSpeeds};
@@ -25,6 +27,13 @@ const TEXT: &str = include_str!("../gsd/LENZ00DA.GSD");
 
 fn gsd() -> GenericStationDescription {
     gsd_parser::parser::parse(Path::new("LENZ00DA.GSD"), TEXT).unwrap()
+}
+
+/// The description as our own reader gives it; there must be nothing to say about the file.
+fn description() -> Gsd {
+    let reading = dp_master::gsd::parse(TEXT.as_bytes());
+    assert_eq!(reading.diagnostics, []);
+    reading.gsd
 }
 
 /// The value of a keyword as it stands in the file.
@@ -237,6 +246,76 @@ fn sync_freeze_and_set_slave_address_are_as_the_file_says() {
     assert_eq!(bench.ask(Some(sap::SET_SLAVE_ADD), &[9, 0x00, 0xDA, 0]), refused);
     assert!(!gsd.fail_safe);
     assert_eq!(value("Min_Slave_Intervall"), "1");
+}
+
+#[test]
+fn both_readers_agree_about_the_file() {
+    let (own, peer) = (description(), gsd());
+    assert_eq!(own.general.ident_number, Some(peer.ident_number));
+    assert_eq!(own.general.model_name, Some(peer.model));
+    let entries: Vec<_> = own
+        .modules
+        .iter()
+        .map(|module| (&module.name, &module.config))
+        .collect();
+    let peers: Vec<_> = peer
+        .available_modules
+        .iter()
+        .map(|module| (&module.name, &module.config))
+        .collect();
+    assert_eq!(entries, peers);
+    let (slave, prm) = (&own.slave, PrmBuilder::new(&peer.user_prm_data));
+    assert_eq!(slave.max_module, Some(peer.max_modules));
+    assert_eq!(slave.max_input_len, Some(peer.max_input_length));
+    assert_eq!(slave.max_output_len, Some(peer.max_output_length));
+    assert_eq!(slave.max_data_len, Some(peer.max_data_length));
+    assert_eq!(slave.max_diag_data_len, Some(peer.max_diag_data_length));
+    assert_eq!(own.prm.constants[0].octets, prm.as_bytes());
+    // What the other one leaves out.
+    assert_eq!(slave.min_slave_intervall, Some(1));
+    let family = slave.slave_family.as_ref().unwrap();
+    assert_eq!(
+        (family.main, &family.sub[..]),
+        (MainFamily::Drives, &["Lenze".to_owned()][..])
+    );
+    assert!(Baud::ALL.into_iter().all(|baud| own.supports(baud)));
+    assert!(!own.rates.contains_key(&Rate::B31250));
+}
+
+#[test]
+fn a_project_with_the_thesis_configuration_starts_the_module() {
+    let gsd = description();
+    let mut project = gsd.configure();
+    assert_eq!(project.plug("PAR(Cons.) + PZD(4W Cons.)"), Ok(1));
+    // 9300 facts 1.2: F3 F3; three octets without known meaning (8).
+    assert_eq!(project.identifiers().unwrap(), PAR_AND_FOUR_WORDS);
+    assert_eq!(project.identifiers().unwrap(), [0xF3, 0xF3]);
+    assert_eq!(project.user_prm().unwrap(), [0, 0, 0]);
+    let slave = project.slave_config(Address::new(3).unwrap()).unwrap();
+    assert_eq!(slave.ident, IDENT);
+    assert_eq!(slave.clear_outputs, ClearOutputs::Zeros);
+    let lengths = slave.configuration.lengths();
+    assert_eq!((lengths.inputs, lengths.outputs), (16, 16));
+
+    let mut bench = bench();
+    bench.set_prm(LOCK, None, &slave.user_prm);
+    assert_eq!(bench.module.slave().phase(), SlavePhase::WaitCfg);
+    bench.start_up(slave.configuration.identifiers(), None);
+    assert_eq!(bench.exchange(&[0; 16]).len(), 16);
+}
+
+#[test]
+fn two_entries_together_are_more_than_the_module_takes() {
+    let gsd = description();
+    let mut project = gsd.configure();
+    project.plug("PAR(Cons.) + PZD(16W Cons.)").unwrap();
+    project.plug("PZD(1W)").unwrap();
+    let refusal = project.identifiers().unwrap_err();
+    assert!(
+        matches!(refusal, SetupError::TooMany { got: 42, max: 40, .. }),
+        "{refusal}"
+    );
+    assert!(matches!(project.plug("PZD(2W)"), Err(SetupError::NoFreeSlot { .. })));
 }
 
 proptest! {
