@@ -9,10 +9,10 @@
 //! | what a station looks like to a line | [`station`] | yes |
 //! | who may speak when: token, slot time, repetitions | [`fdl`] | yes |
 //! | DP-V0 master and slave | [`dp`] | yes |
-//! | lines: virtual, disturbed, serial, pseudo-terminal | `phy` | no |
+//! | lines: virtual, disturbed, serial, pseudo-terminal, TCP | `phy` | no |
 //! | one station in real time on a port | `driver` | no |
 //!
-//! Nothing here reads a clock, starts a thread or keeps a global, except `driver`, whose job it is. Time comes in as [`time::Instant`].
+//! Nothing here reads a clock, starts a thread or keeps a global, except `driver` and the real ports of `phy`, whose job it is. Time comes in as [`time::Instant`].
 //!
 //! # Example
 //!

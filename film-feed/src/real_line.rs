@@ -1,12 +1,11 @@
 //! The block and the master in real time, against whatever answers on a serial line.
 
-use std::path::PathBuf;
 use std::time::{Duration as StdDuration, Instant as StdInstant};
 
 use dp_master::address::Address;
 use dp_master::dp::SlaveState;
 use dp_master::driver::Driver;
-use dp_master::phy::{SerialLine, SerialOptions};
+use dp_master::phy::{PortName, ReopeningPort, SerialOptions};
 use dp_master::time::{Baud, Duration};
 use lenze9300_model::bus::dp::PAR_AND_FOUR_WORDS;
 
@@ -20,8 +19,8 @@ use crate::report::{BusReport, ErrorKnown, FeedMode, FeedReport, RunReport};
 /// Where the drive is.
 #[derive(Debug, Clone)]
 pub struct RealLine {
-    /// Serial device or pseudo-terminal.
-    pub path: PathBuf,
+    /// Serial device, pseudo-terminal or serial-device server.
+    pub port: PortName,
     /// Baud rate.
     pub baud: Baud,
     /// DP address of the drive.
@@ -38,23 +37,32 @@ const LATENCY: Duration = Duration::from_millis(50);
 const START_UP_LIMIT_NS: u64 = 10_000_000_000;
 /// A drive that leaves data exchange in mid-run may come back for so long: a loose plug, a restarted adapter.
 const LOSS_LIMIT_NS: u64 = 3_000_000_000;
+/// A pulled adapter may come back for so long; the drive must be in data exchange again before [`LOSS_LIMIT_NS`] ends.
+const UNPLUGGED_LIMIT: StdDuration = StdDuration::from_millis(2_500);
 /// An exchange of the parameter channel that takes longer is reported.
 const PARAMETER_LIMIT_NS: u64 = 3_000_000_000;
 
-/// Runs `plan` in real time. `feed_done` is called after each feed.
+/// Runs `plan` in real time. `feed_done` is called after each feed, `note` with what the user should know about the port.
 ///
 /// A PLC cycle that comes too late is worked at once and the next one counts from there: none is made up for.
 ///
-/// A line that breaks and a drive that leaves the bus end the run; the report says why.
+/// A line that breaks for long and a drive that leaves the bus end the run; the report says why.
 ///
 /// # Errors
 /// One sentence when the port cannot be opened.
-pub fn run(line: &RealLine, plan: FeedPlan, mut feed_done: impl FnMut()) -> Result<RunReport, String> {
+pub fn run(
+    line: &RealLine,
+    plan: FeedPlan,
+    mut feed_done: impl FnMut(),
+    mut note: impl FnMut(String),
+) -> Result<RunReport, String> {
     let address = Address::new(line.slave_address).map_err(|error| error.to_string())?;
     let (mut master, slave) = bus_config::master(line.baud, address, PAR_AND_FOUR_WORDS, Duration::ZERO, LATENCY)
         .map_err(|error| error.to_string())?;
-    let port = SerialLine::open(&line.path, line.baud, SerialOptions::default()).map_err(|error| error.to_string())?;
-    let mut driver = Driver::new(port);
+    let opened =
+        ReopeningPort::open(&line.port, line.baud, SerialOptions::default()).map_err(|error| error.to_string())?;
+    opened.notes.iter().for_each(|what| note(what.to_string()));
+    let mut driver = Driver::new(opened.port.with_limit(UNPLUGGED_LIMIT));
 
     let plan = FeedPlan {
         start_up_limit_ns: START_UP_LIMIT_NS,
@@ -88,6 +96,9 @@ pub fn run(line: &RealLine, plan: FeedPlan, mut feed_done: impl FnMut()) -> Resu
                 aborted = Some(format!("the line broke in mid-run: {error}"));
                 break 'run;
             }
+        }
+        while let Some(event) = driver.port_mut().poll_event() {
+            note(event.to_string());
         }
         due = (due + cycle).max(StdInstant::now());
         let now_ns = started.elapsed().as_nanos() as u64;

@@ -9,6 +9,9 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use dp_master::phy::{Port, PseudoTerminal};
+use dp_master::time::Baud;
+
 /// `film-feed` and `lenze9300`, built for this test.
 const FILM_FEED: &str = env!("CARGO_BIN_EXE_film-feed-under-test");
 const LENZE9300: &str = env!("CARGO_BIN_EXE_lenze9300-under-test");
@@ -170,7 +173,10 @@ fn a_drive_killed_in_mid_run_ends_the_run_with_one_reason() {
     drive.0.kill().expect("it runs");
     let (status, told, complained) = run.end();
     assert_eq!(status.code(), Some(1), "{told} {complained}");
-    assert_eq!(complained, "");
+    assert!(
+        complained.lines().count() == 1 && complained.ends_with("is gone, waiting for it to come back\n"),
+        "{complained}"
+    );
     let report = report(&told);
     assert_eq!(report["ok"], false);
     let reason = report["aborted"].as_str().expect("it says why");
@@ -215,6 +221,64 @@ fn a_drive_that_falls_silent_in_mid_run_ends_the_run_with_one_reason() {
         "did not become ready",
     ];
     assert!(reasons.into_iter().any(|known| reason.contains(known)), "{reason}");
+    drop(drive);
+}
+
+/// Asks the station for its FDL status until it answers.
+fn answers(line: &mut PseudoTerminal) -> bool {
+    // SD1, DA 3, SA 2, FC 49, FCS 4E, ED; the answer of a slave is FC 00 (film-feed specification, section 2).
+    let (question, answer) = (
+        [0x10, 0x03, 0x02, 0x49, 0x4E, 0x16],
+        [0x10, 0x02, 0x03, 0x00, 0x05, 0x16],
+    );
+    let (asked, mut heard) = (Instant::now(), Vec::new());
+    while asked.elapsed() < Duration::from_secs(20) {
+        line.send(&question).expect("the terminal takes octets");
+        let mut octets = [0; 64];
+        let received = line
+            .receive(&mut octets, Duration::from_millis(100))
+            .expect("it can be read");
+        heard.extend_from_slice(&octets[..received]);
+        if heard.windows(answer.len()).any(|window| window == answer) {
+            return true;
+        }
+    }
+    false
+}
+
+#[test]
+fn a_drive_whose_adapter_was_pulled_answers_again_when_it_is_plugged_in() {
+    let link = Scratch::new();
+    let plug = || {
+        let (mut line, _) = PseudoTerminal::open(Baud::B1500000).expect("there is another terminal");
+        line.link(&link.0).expect("its name is free");
+        line
+    };
+    let mut line = plug();
+    let mut child = Command::new(LENZE9300)
+        .args(["serve", "--address", "3", "--port"])
+        .arg(&link.0)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the drive starts");
+    let mut errors = BufReader::new(child.stderr.take().expect("its errors are piped"));
+    let drive = Running(child);
+    let mut told = || {
+        let mut sentence = String::new();
+        errors.read_line(&mut sentence).expect("it says what happened");
+        sentence
+    };
+    assert!(answers(&mut line));
+    drop(line);
+    let gone = format!(
+        "lenze9300: port {} is gone, waiting for it to come back\n",
+        link.0.display()
+    );
+    assert_eq!(told(), gone);
+    let mut line = plug();
+    assert!(told().starts_with("lenze9300: the port is back after "));
+    assert!(answers(&mut line));
     drop(drive);
 }
 

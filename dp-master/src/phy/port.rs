@@ -26,6 +26,51 @@ pub trait Port {
     fn baud(&self) -> Baud;
 }
 
+impl<P: Port + ?Sized> Port for Box<P> {
+    fn receive(&mut self, buf: &mut [u8], max_wait: Duration) -> Result<usize, PortError> {
+        (**self).receive(buf, max_wait)
+    }
+
+    fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
+        (**self).send(octets)
+    }
+
+    fn baud(&self) -> Baud {
+        (**self).baud()
+    }
+}
+
+/// Something about an open port that its user should know; one sentence. The port works.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PortNote {
+    /// The adapter keeps octets back.
+    #[error("the adapter keeps octets for up to {millis} ms, write 1 to {} to make it quick", .setting.display())]
+    LatencyTimer {
+        /// The file with the setting.
+        setting: PathBuf,
+        /// Its value in milliseconds.
+        millis: u32,
+    },
+    /// The driver did not say that it set even parity. Some never do, though the characters are right.
+    #[error("the driver of {} does not confirm even parity; if nobody answers, try another adapter", .path.display())]
+    ParityNotConfirmed {
+        /// The path given.
+        path: PathBuf,
+    },
+}
+
+impl PortNote {
+    /// A note if this file of an FTDI adapter names more than 1 ms.
+    pub(super) fn latency_timer(setting: &Path) -> Option<Self> {
+        let millis = std::fs::read_to_string(setting).ok()?.trim().parse().ok()?;
+        (millis > 1).then(|| Self::LatencyTimer {
+            setting: setting.to_path_buf(),
+            millis,
+        })
+    }
+}
+
 /// Why a line cannot be used; one sentence with the path and the reason.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -82,6 +127,22 @@ pub enum PortError {
         /// The name given.
         path: PathBuf,
     },
+    /// The driver cannot switch the transmitter.
+    #[error("the driver of port {} has no RS485 mode ({source}); let the adapter or the program switch the transmitter", .path.display())]
+    NoRs485 {
+        /// The path given.
+        path: PathBuf,
+        /// The reason of the operating system.
+        source: io::Error,
+    },
+    /// Nobody answers at this address of the network.
+    #[error("{} cannot be reached: {source}", .path.display())]
+    Unreachable {
+        /// The address given, as `tcp://host:port`.
+        path: PathBuf,
+        /// The reason of the operating system.
+        source: io::Error,
+    },
     /// Anything else.
     #[error("port {}: {source}", .path.display())]
     Io {
@@ -106,6 +167,8 @@ pub enum PortErrorKind {
     Baud,
     /// Plug it in and open it again.
     Unplugged,
+    /// Look for the server of the serial device, or for a firewall.
+    Unreachable,
     /// None of these.
     Other,
 }
@@ -120,7 +183,8 @@ impl PortError {
             Self::Permission { .. } => PortErrorKind::Permission,
             Self::BaudRefused { .. } => PortErrorKind::Baud,
             Self::Unplugged { .. } => PortErrorKind::Unplugged,
-            Self::Stuck { .. } | Self::Io { .. } => PortErrorKind::Other,
+            Self::Unreachable { .. } => PortErrorKind::Unreachable,
+            Self::Stuck { .. } | Self::NoRs485 { .. } | Self::Io { .. } => PortErrorKind::Other,
         }
     }
 
@@ -132,7 +196,11 @@ impl PortError {
             io::ErrorKind::BrokenPipe
             | io::ErrorKind::Other
             | io::ErrorKind::NotFound
-            | io::ErrorKind::UnexpectedEof => Self::Unplugged { path },
+            | io::ErrorKind::UnexpectedEof
+            // What a closed connection to a serial-device server gives.
+            | io::ErrorKind::ConnectionReset
+            | io::ErrorKind::ConnectionAborted
+            | io::ErrorKind::NotConnected => Self::Unplugged { path },
             io::ErrorKind::TimedOut => Self::Stuck { path },
             _ => Self::Io { path, source },
         }
@@ -145,4 +213,31 @@ pub(super) fn is_transient(error: &io::Error) -> bool {
         error.kind(),
         io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_latency_timer_above_a_millisecond_is_told_with_the_file_that_sets_it() {
+        let setting = std::env::temp_dir().join(format!("dp-master-latency-timer-{}", std::process::id()));
+        std::fs::write(&setting, "16\n").unwrap();
+        let note = PortNote::latency_timer(&setting).unwrap();
+        assert_eq!(
+            note.to_string(),
+            format!(
+                "the adapter keeps octets for up to 16 ms, write 1 to {} to make it quick",
+                setting.display()
+            )
+        );
+        std::fs::write(&setting, "1\n").unwrap();
+        assert_eq!(PortNote::latency_timer(&setting), None);
+        std::fs::remove_file(&setting).unwrap();
+        assert_eq!(
+            PortNote::latency_timer(&setting),
+            None,
+            "an adapter without such a timer"
+        );
+    }
 }

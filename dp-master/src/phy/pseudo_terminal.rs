@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use serialport::{ClearBuffer, SerialPort, TTYPort};
 
+use super::linux_tty::close_on_exec;
 use super::port::{Port, PortError};
 use super::serial::{SEND_TIMEOUT, read_within, write_all};
 use crate::time::Baud;
@@ -39,6 +40,8 @@ impl PseudoTerminal {
             source: error.into(),
         };
         let (near, far) = TTYPort::pair().map_err(failed)?;
+        // Best effort: it matters only to programs that start others.
+        drop(close_on_exec(&near).and_then(|()| close_on_exec(&far)));
         let far_path = far.name().map(PathBuf::from).ok_or_else(|| PortError::Io {
             path: PathBuf::from("/dev/ptmx"),
             source: io::Error::other("the far end has no name"),

@@ -2,11 +2,14 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::time::Duration;
 
 use serialport::{ClearBuffer, DataBits, ErrorKind, FlowControl, Parity, SerialPort, StopBits};
 
-use super::port::{Port, PortError, is_transient};
+use super::linux_tty::{set_low_latency, set_rs485};
+use super::port::{Port, PortError, PortNote, is_transient};
+use super::rts_switch::{RtsSwitch, TransmitLine};
 use crate::time::Baud;
 
 /// Who else may open the port.
@@ -29,7 +32,7 @@ pub enum Echo {
     Own,
 }
 
-/// What to do with the line RTS when opening. Some adapters switch their transmitter with it.
+/// What to do with the line RTS when opening. Some adapters take their supply from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rts {
     /// Leave it as it is.
@@ -38,6 +41,101 @@ pub enum Rts {
     On,
     /// Switch it off.
     Off,
+}
+
+/// A level of RTS, as the pin of the port shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RtsLevel {
+    /// Set, the usual level for sending.
+    High,
+    /// Cleared.
+    Low,
+}
+
+impl RtsLevel {
+    pub(super) const fn other(self) -> Self {
+        match self {
+            Self::High => Self::Low,
+            Self::Low => Self::High,
+        }
+    }
+}
+
+/// Who switches the RS485 transmitter on and off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Transmitter {
+    /// The adapter itself, by what it is given to send. Most USB adapters do.
+    #[default]
+    Adapter,
+    /// This program, with RTS around each telegram. [`Port::send`] then returns after the last bit.
+    ///
+    /// The operating system is up to some milliseconds late with switching off, and what is answered before is lost: min Tsdr must be longer.
+    /// Good for slow lines and for trials.
+    Software {
+        /// RTS while sending.
+        on_send: RtsLevel,
+        /// From switching on to the first bit.
+        before: Duration,
+        /// From the last bit to switching off.
+        after: Duration,
+    },
+    /// The driver of the port, with RTS (Linux: RS485 mode). It knows when the last bit has left.
+    Kernel {
+        /// RTS while sending.
+        on_send: RtsLevel,
+        /// From switching on to the first bit, whole milliseconds.
+        before: Duration,
+        /// From the last bit to switching off, whole milliseconds.
+        after: Duration,
+    },
+}
+
+impl FromStr for Transmitter {
+    type Err = ParseTransmitterError;
+
+    /// Reads `adapter`, `rts` or `kernel`; the latter two with `-inverted` when RTS is low while sending, and with `:BEFORE:AFTER`, delays of
+    /// 0…100 ms, such as `kernel-inverted:1:0`.
+    ///
+    /// # Errors
+    ///
+    /// [`ParseTransmitterError`] for anything else.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let mut parts = text.split(':');
+        let who = parts.next().unwrap_or_default();
+        let mut delay = || match parts.next().map(str::parse) {
+            None => Ok(Duration::ZERO),
+            Some(Ok(millis @ 0..=100)) => Ok(Duration::from_millis(millis)),
+            Some(_) => Err(ParseTransmitterError),
+        };
+        let (before, after) = (delay()?, delay()?);
+        let (who, on_send) = match who.strip_suffix("-inverted") {
+            Some(who) => (who, RtsLevel::Low),
+            None => (who, RtsLevel::High),
+        };
+        match (who, parts.next(), text) {
+            (_, None, "adapter") => Ok(Self::Adapter),
+            ("rts", None, _) => Ok(Self::Software { on_send, before, after }),
+            ("kernel", None, _) => Ok(Self::Kernel { on_send, before, after }),
+            _ => Err(ParseTransmitterError),
+        }
+    }
+}
+
+/// A text that names no way to switch a transmitter; the message lists them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "allowed are adapter, rts and kernel, the latter two as rts-inverted and kernel-inverted too, with delays of 0…100 ms as in rts:1:1"
+)]
+pub struct ParseTransmitterError;
+
+/// How quickly the driver passes octets on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Gathering {
+    /// At once, where the driver can (Linux: low latency). One that cannot is no error.
+    #[default]
+    Off,
+    /// As the system is set.
+    Leave,
 }
 
 /// How to open a [`SerialLine`].
@@ -49,6 +147,10 @@ pub struct SerialOptions {
     pub echo: Echo,
     /// RTS when opening; [`Rts::Leave`] by default. An adapter without RTS is no error.
     pub rts: Rts,
+    /// Who switches the transmitter; [`Transmitter::Adapter`] by default.
+    pub transmitter: Transmitter,
+    /// How quickly octets are passed on; [`Gathering::Off`] by default.
+    pub gathering: Gathering,
 }
 
 impl Default for SerialOptions {
@@ -57,6 +159,8 @@ impl Default for SerialOptions {
             access: Access::Exclusive,
             echo: Echo::None,
             rts: Rts::Leave,
+            transmitter: Transmitter::Adapter,
+            gathering: Gathering::Off,
         }
     }
 }
@@ -75,13 +179,20 @@ impl Default for SerialOptions {
 ///
 /// Source: usual values of the vendors' data sheets, not measured here. A slot time in bits must be longer than these.
 pub struct SerialLine {
-    port: Box<dyn SerialPort>,
+    port: NativePort,
     path: PathBuf,
     baud: Baud,
     echo: Echo,
     /// What was sent and has not come back yet.
     expected_echo: Vec<u8>,
+    rts_switch: Option<RtsSwitch>,
+    notes: Vec<PortNote>,
 }
+
+#[cfg(unix)]
+type NativePort = serialport::TTYPort;
+#[cfg(windows)]
+type NativePort = serialport::COMPort;
 
 impl SerialLine {
     /// Opens a port and throws away what it had received before.
@@ -89,7 +200,8 @@ impl SerialLine {
     /// # Errors
     ///
     /// [`PortError::NoSuchPort`], [`PortError::NotASerialPort`], [`PortError::Busy`], [`PortError::Permission`],
-    /// [`PortError::BaudRefused`] when the adapter is more than 2 % off, and [`PortError::Io`] for anything else.
+    /// [`PortError::BaudRefused`] when the adapter is more than 2 % off, [`PortError::NoRs485`] when the driver has no RS485 mode, and
+    /// [`PortError::Io`] for anything else.
     pub fn open(path: impl AsRef<Path>, baud: Baud, options: SerialOptions) -> Result<Self, PortError> {
         let path = path.as_ref();
         check_path(path)?;
@@ -105,9 +217,9 @@ impl SerialLine {
         } else {
             builder
         };
-        let opened = match builder.clone().open() {
+        let opened = match builder.clone().open_native() {
             // Some systems refuse parity on a pseudo-terminal instead of ignoring it.
-            Err(_) if pseudo => builder.parity(Parity::None).open(),
+            Err(_) if pseudo => builder.parity(Parity::None).open_native(),
             other => other,
         };
         let mut port = opened.map_err(|error| not_opened(path, baud, error))?;
@@ -128,6 +240,12 @@ impl SerialLine {
             Rts::On => drop(port.write_request_to_send(true)),
             Rts::Off => drop(port.write_request_to_send(false)),
         }
+        let rts_switch = switch_transmitter(&mut port, path, pseudo, options.transmitter)?;
+        let notes = if pseudo {
+            Vec::new()
+        } else {
+            notes_of(&port, path, options.gathering)
+        };
         // Not fatal either: octets from before are sorted out by the decoder.
         drop(port.clear(ClearBuffer::Input));
         Ok(Self {
@@ -136,7 +254,15 @@ impl SerialLine {
             baud,
             echo: options.echo,
             expected_echo: Vec::new(),
+            rts_switch,
+            notes,
         })
+    }
+
+    /// What the user should know about this port; nothing that keeps it from working.
+    #[must_use]
+    pub fn notes(&self) -> &[PortNote] {
+        &self.notes
     }
 
     /// The path it was opened with.
@@ -148,7 +274,7 @@ impl SerialLine {
 
 impl Port for SerialLine {
     fn receive(&mut self, buf: &mut [u8], max_wait: Duration) -> Result<usize, PortError> {
-        let received = read_within(&mut *self.port, &self.path, buf, max_wait)?;
+        let received = read_within(&mut self.port, &self.path, buf, max_wait)?;
         if self.expected_echo.is_empty() {
             return Ok(received);
         }
@@ -173,7 +299,11 @@ impl Port for SerialLine {
             self.expected_echo.extend_from_slice(octets);
         }
         drop(self.port.set_timeout(SEND_TIMEOUT));
-        write_all(&mut *self.port, octets).map_err(|error| PortError::in_use(&self.path, error))
+        let sent = match self.rts_switch {
+            Some(switch) => switch.send(&mut self.port, octets, self.baud.characters(octets.len()).into()),
+            None => write_all(&mut self.port, octets),
+        };
+        sent.map_err(|error| PortError::in_use(&self.path, error))
     }
 
     fn baud(&self) -> Baud {
@@ -230,6 +360,78 @@ pub(super) fn write_all(port: &mut dyn SerialPort, octets: &[u8]) -> io::Result<
     Ok(())
 }
 
+impl TransmitLine for NativePort {
+    fn set_rts(&mut self, level: RtsLevel) -> bool {
+        self.write_request_to_send(level == RtsLevel::High).is_ok()
+    }
+
+    fn write(&mut self, octets: &[u8]) -> io::Result<()> {
+        write_all(self, octets)
+    }
+
+    fn drain(&mut self) -> io::Result<()> {
+        io::Write::flush(self)
+    }
+}
+
+/// Prepares what switches the transmitter. A pseudo-terminal has none, whatever is asked for.
+fn switch_transmitter(
+    port: &mut NativePort,
+    path: &Path,
+    pseudo: bool,
+    transmitter: Transmitter,
+) -> Result<Option<RtsSwitch>, PortError> {
+    match transmitter {
+        Transmitter::Software { on_send, before, after } if !pseudo => {
+            // Off until something is to be sent.
+            port.set_rts(on_send.other());
+            Ok(Some(RtsSwitch { on_send, before, after }))
+        }
+        Transmitter::Kernel { on_send, before, after } if !pseudo => {
+            set_rs485(port, on_send, whole_millis(before), whole_millis(after)).map_err(|source| {
+                PortError::NoRs485 {
+                    path: path.to_path_buf(),
+                    source,
+                }
+            })?;
+            Ok(None)
+        }
+        _ => Ok(None),
+    }
+}
+
+/// Rounded up.
+fn whole_millis(time: Duration) -> u32 {
+    u32::try_from(time.as_micros().div_ceil(1_000)).unwrap_or(u32::MAX)
+}
+
+/// Makes the driver quick and collects what the user should know.
+fn notes_of(port: &NativePort, path: &Path, gathering: Gathering) -> Vec<PortNote> {
+    let mut notes = Vec::new();
+    // Refused by drivers that gather nothing, as well as by those that always do: only the timer of an FTDI adapter can be seen.
+    if gathering == Gathering::Off {
+        drop(set_low_latency(port));
+    }
+    let real = std::fs::canonicalize(path);
+    if let Some(note) = real
+        .ok()
+        .as_deref()
+        .and_then(Path::file_name)
+        .and_then(|name| PortNote::latency_timer(&Path::new(USB_SERIAL_DEVICES).join(name).join("latency_timer")))
+    {
+        notes.push(note);
+    }
+    if matches!(port.parity(), Ok(parity) if parity != Parity::Even) {
+        notes.push(PortNote::ParityNotConfirmed {
+            path: path.to_path_buf(),
+        });
+    }
+    notes
+}
+
+/// Where Linux shows the settings of USB adapters.
+const USB_SERIAL_DEVICES: &str = "/sys/bus/usb-serial/devices";
+
 /// Finds what the operating system would only report with an unspecific code.
 #[cfg(unix)]
 fn check_path(path: &Path) -> Result<(), PortError> {
@@ -273,5 +475,49 @@ fn not_opened(path: &Path, baud: Baud, error: serialport::Error) -> PortError {
             path,
             source: error.into(),
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_switches_the_transmitter_is_read_from_a_word() {
+        let millis = Duration::from_millis;
+        let software = |on_send, before, after| Transmitter::Software {
+            on_send,
+            before: millis(before),
+            after: millis(after),
+        };
+        for (text, transmitter) in [
+            ("adapter", Transmitter::Adapter),
+            ("rts", software(RtsLevel::High, 0, 0)),
+            ("rts-inverted", software(RtsLevel::Low, 0, 0)),
+            ("rts:1:100", software(RtsLevel::High, 1, 100)),
+            ("rts:1", software(RtsLevel::High, 1, 0)),
+            (
+                "kernel-inverted:1:0",
+                Transmitter::Kernel {
+                    on_send: RtsLevel::Low,
+                    before: millis(1),
+                    after: millis(0),
+                },
+            ),
+        ] {
+            assert_eq!(text.parse(), Ok(transmitter), "{text}");
+        }
+        for text in [
+            "",
+            "dtr",
+            "adapter-inverted",
+            "adapter:1",
+            "rts:101",
+            "rts:x",
+            "rts:1:1:1",
+            "rts-",
+        ] {
+            assert_eq!(text.parse::<Transmitter>(), Err(ParseTransmitterError), "{text}");
+        }
     }
 }

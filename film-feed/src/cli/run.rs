@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use dp_master::phy::PortName;
 use dp_master::time::Baud;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -73,9 +74,10 @@ pub struct RunArgs {
     /// Draw interpolator and motor speed of the first feed as SVG.
     #[arg(long, value_name = "FILE.svg", conflicts_with = "port")]
     plot: Option<PathBuf>,
-    /// Run in real time against whatever answers on this serial line.
+    /// Run in real time against whatever answers on this line: a serial device, or tcp://host:port of a serial-device
+    /// server.
     #[arg(long, value_name = "PATH")]
-    port: Option<PathBuf>,
+    port: Option<PortName>,
     /// DP address of the drive, 0…125.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(0..=125))]
     address: u8,
@@ -172,14 +174,15 @@ pub fn run(args: &RunArgs) -> Result<bool, String> {
     let started = Instant::now();
     let (mut report, samples) = match &args.port {
         None => run::simulated(&args.rig_config(), plan, observation, feed_done).map_err(|error| error.to_string())?,
-        Some(path) => {
+        Some(port) => {
             let line = RealLine {
-                path: path.clone(),
+                port: port.clone(),
                 baud: args.baud.unwrap_or(Baud::B1500000),
                 slave_address: args.address,
                 plc_cycle_ns: args.plc_cycle_ns(),
             };
-            (real_line::run(&line, plan, feed_done)?, Vec::new())
+            let note = |what| progress.suspend(|| eprintln!("film-feed: {what}"));
+            (real_line::run(&line, plan, feed_done, note)?, Vec::new())
         }
     };
     progress.finish_and_clear();

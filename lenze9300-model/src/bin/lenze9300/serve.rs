@@ -7,7 +7,7 @@ use std::time::{Duration as StdDuration, Instant as StdInstant};
 
 use clap::Args;
 use dp_master::driver::Driver;
-use dp_master::phy::{Port, PseudoTerminal, SerialLine, SerialOptions};
+use dp_master::phy::{PortName, ReopeningPort, SerialOptions, Transmitter, request_real_time};
 use dp_master::time::{Baud, Duration};
 use lenze9300_model::bus::dp::{Emf2133, Emf2133Config, IDENT};
 use lenze9300_model::device::{Drive, DriveConfig};
@@ -18,12 +18,18 @@ use crate::reader::MarkReader;
 /// What `lenze9300 serve` takes.
 #[derive(Debug, Args)]
 pub(crate) struct ServeArgs {
-    /// Serial line to answer on.
+    /// Line to answer on: a serial device, or tcp://host:port of a serial-device server.
     #[arg(long, value_name = "PATH", required_unless_present = "pty", conflicts_with = "pty")]
-    port: Option<PathBuf>,
+    port: Option<PortName>,
     /// Make a pseudo-terminal, link it here and answer on it.
     #[arg(long, value_name = "LINK")]
     pty: Option<PathBuf>,
+    /// Who switches the RS485 transmitter: adapter, rts or kernel, also as rts-inverted, and with delays in ms as rts:1:1.
+    #[arg(long, value_name = "HOW", default_value = "adapter", requires = "port")]
+    rs485: Transmitter,
+    /// Ask for real-time priority; a note says if it is refused.
+    #[arg(long)]
+    real_time: bool,
     /// Baud rate in bit/s, one of the ten of PROFIBUS.
     #[arg(long, value_name = "RATE", default_value = "1500000")]
     baud: Baud,
@@ -44,7 +50,7 @@ pub(crate) struct ServeArgs {
 /// Gaps an operating system makes inside a telegram are no end of it.
 const LATENCY: Duration = Duration::from_millis(20);
 
-/// Answers until the port breaks or the process is ended.
+/// Answers until the process is ended. A port that is gone is waited for; the drive runs on without a bus.
 pub(crate) fn serve(args: &ServeArgs) -> Result<Infallible, String> {
     let config = Emf2133Config {
         address: args.address,
@@ -54,26 +60,39 @@ pub(crate) fn serve(args: &ServeArgs) -> Result<Infallible, String> {
         ..Emf2133Config::default()
     };
     let module = Emf2133::new(config, args.baud).map_err(|error| error.to_string())?;
-    match (&args.port, &args.pty) {
-        (Some(path), _) => {
-            let port =
-                SerialLine::open(path, args.baud, SerialOptions::default()).map_err(|error| error.to_string())?;
-            announce(&format!("answering at address {} on {}", args.address, path.display()))?;
-            answer(port, module, args.marks_every)
-        }
-        (None, Some(link)) => {
-            let (mut port, far_end) = PseudoTerminal::open(args.baud).map_err(|error| error.to_string())?;
-            port.link(link).map_err(|error| error.to_string())?;
-            announce(&format!(
+    let name = match (&args.port, &args.pty) {
+        (Some(name), _) => name.clone(),
+        (None, Some(link)) => PortName::PseudoTerminal(link.clone()),
+        (None, None) => return Err("--port PATH or --pty LINK is needed to answer on".to_string()),
+    };
+    let serial = SerialOptions {
+        transmitter: args.rs485,
+        ..SerialOptions::default()
+    };
+    let opened = ReopeningPort::open(&name, args.baud, serial).map_err(|error| error.to_string())?;
+    opened.notes.iter().for_each(note);
+    if args.real_time
+        && let Err(refused) = request_real_time()
+    {
+        note(&refused);
+    }
+    announce(&match (&name, &opened.far_end) {
+        (PortName::PseudoTerminal(link), Some(far_end)) => {
+            format!(
                 "answering at address {} on {} ({})",
                 args.address,
                 link.display(),
                 far_end.display()
-            ))?;
-            answer(port, module, args.marks_every)
+            )
         }
-        (None, None) => Err("--port PATH or --pty LINK is needed to answer on".to_string()),
-    }
+        _ => format!("answering at address {} on {name}", args.address),
+    })?;
+    answer(opened.port, module, args.marks_every)
+}
+
+/// One line on standard error that is no reason to end.
+fn note(what: &impl std::fmt::Display) {
+    eprintln!("lenze9300: {what}");
 }
 
 /// One line on standard output, at once: whoever started this process waits for it.
@@ -88,7 +107,7 @@ fn announce(line: &str) -> Result<(), String> {
 ///
 /// When the process was held up, the drive makes up for at most [`MAX_LAG`]; beyond that its time stands still, as if
 /// the machine had been paused.
-fn answer(port: impl Port, mut module: Emf2133, marks_every_e4: i32) -> Result<Infallible, String> {
+fn answer(port: ReopeningPort, mut module: Emf2133, marks_every_e4: i32) -> Result<Infallible, String> {
     let mut drive = Drive::new(DriveConfig::default());
     let mut reader = (marks_every_e4 != 0).then(|| MarkReader::new(marks_every_e4, drive.codes()));
     let mut driver = Driver::new(port);
@@ -111,6 +130,9 @@ fn answer(port: impl Port, mut module: Emf2133, marks_every_e4: i32) -> Result<I
         }
         let wait = next_ms.saturating_duration_since(StdInstant::now());
         driver.step(&mut module, wait).map_err(|error| error.to_string())?;
+        while let Some(event) = driver.port_mut().poll_event() {
+            note(&event);
+        }
     }
 }
 
