@@ -19,9 +19,9 @@ mod fault;
             target_arch = "riscv64"
         )
     )),
-    path = "no_linux_tty.rs"
+    path = "no_linux.rs"
 )]
-mod linux_tty;
+mod linux;
 mod pcap;
 mod police;
 mod port;

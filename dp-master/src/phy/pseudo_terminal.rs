@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use serialport::{ClearBuffer, SerialPort, TTYPort};
 
-use super::linux_tty::close_on_exec;
+use super::linux::close_on_exec;
 use super::port::{Port, PortError};
 use super::serial::{SEND_TIMEOUT, read_within, write_all};
 use crate::time::Baud;

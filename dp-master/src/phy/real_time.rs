@@ -1,8 +1,6 @@
 //! Real-time priority for the thread that runs a station, where the system allows it.
 
-use std::io;
-
-use thread_priority::{Error, ThreadPriority};
+use super::linux::set_real_time;
 
 /// Why a thread stays at its ordinary priority: a note, nothing that keeps a station from working.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -14,7 +12,7 @@ pub struct RealTimeRefused {
     reason: String,
 }
 
-/// Asks for real-time priority for the calling thread: on Unix policy FIFO with the least priority, which is above everything ordinary and
+/// Asks for real-time priority for the calling thread: on Linux policy FIFO with the least priority, which is above everything ordinary and
 /// below the drivers of the system.
 ///
 /// A thread with it that never sleeps takes the processor from everything else; a [`Driver`](crate::driver::Driver) sleeps in its port.
@@ -23,29 +21,9 @@ pub struct RealTimeRefused {
 ///
 /// [`RealTimeRefused`]; everything goes on as before then.
 pub fn request_real_time() -> Result<(), RealTimeRefused> {
-    raise().map_err(|error| RealTimeRefused {
-        reason: match error {
-            Error::OS(code) => io::Error::from_raw_os_error(code).to_string(),
-            other => other.to_string(),
-        },
+    set_real_time().map_err(|error| RealTimeRefused {
+        reason: error.to_string(),
     })
-}
-
-#[cfg(unix)]
-fn raise() -> Result<(), Error> {
-    use thread_priority::{
-        RealtimeThreadSchedulePolicy, ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
-    };
-    set_thread_priority_and_policy(
-        thread_native_id(),
-        ThreadPriority::Min,
-        ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo),
-    )
-}
-
-#[cfg(not(unix))]
-fn raise() -> Result<(), Error> {
-    thread_priority::set_current_thread_priority(ThreadPriority::Max)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use serialport::{ClearBuffer, DataBits, ErrorKind, FlowControl, Parity, SerialPort, StopBits};
 
-use super::linux_tty::{set_low_latency, set_rs485};
+use super::linux::{set_low_latency, set_rs485};
 use super::port::{Port, PortError, PortNote, is_transient};
 use super::rts_switch::{RtsSwitch, TransmitLine};
 use crate::time::Baud;

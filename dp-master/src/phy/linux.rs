@@ -1,16 +1,17 @@
-//! Settings of a Linux terminal that no crate offers without `unsafe`: low latency, the RS485 mode of the driver, and for a pair of
-//! pseudo-terminals that processes started later do not inherit it.
+//! What is asked of Linux and no crate offers without `unsafe`: low latency and the RS485 mode of a terminal, keeping a terminal out of
+//! processes started later, real-time priority of a thread.
 //!
 //! ```text
 //! TIOCGSERIAL, TIOCSSERIAL   struct serial_struct: flag ASYNC_LOW_LATENCY
 //! TIOCSRS485                 struct serial_rs485: RTS around each transmission, switched by the driver
+//! sched_setscheduler         SCHED_FIFO for the calling thread
 //! ```
 //!
 //! Source: Linux `include/uapi/linux/serial.h`, `include/uapi/linux/tty_flags.h`, `include/uapi/asm-generic/ioctls.h`,
-//! `Documentation/driver-api/serial/serial-rs485.rst`.
+//! `Documentation/driver-api/serial/serial-rs485.rst`; sched_setscheduler(2).
 #![allow(
     unsafe_code,
-    reason = "an ioctl takes a request number and a pointer whose meaning only this module knows, and `serialport` gives raw descriptors"
+    reason = "an ioctl takes a request number and a pointer whose meaning only this module knows, `serialport` gives raw descriptors, and no crate without side effects sets a scheduling policy"
 )]
 
 use std::ffi::{c_char, c_int, c_uint, c_ulong, c_ushort};
@@ -74,6 +75,22 @@ pub(super) fn close_on_exec(port: &impl AsRawFd) -> io::Result<()> {
     Ok(rustix::io::fcntl_setfd(fd, rustix::io::FdFlags::CLOEXEC)?)
 }
 
+/// Policy FIFO with the least priority for the calling thread.
+///
+/// # Errors
+///
+/// That of the system: EPERM for who may not.
+pub(super) fn set_real_time() -> io::Result<()> {
+    // SAFETY: a structure of integers, for which zero is a value.
+    let mut param: libc::sched_param = unsafe { std::mem::zeroed() };
+    param.sched_priority = LEAST_REAL_TIME;
+    // SAFETY: reads one `sched_param`; thread 0 is the calling one.
+    match unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const param) } {
+        0 => Ok(()),
+        _ => Err(io::Error::last_os_error()),
+    }
+}
+
 /// `struct serial_struct`.
 #[repr(C)]
 struct SerialStruct {
@@ -106,6 +123,7 @@ struct SerialRs485 {
     padding: [u32; 5],
 }
 
+const LEAST_REAL_TIME: c_int = 1;
 const TIOCGSERIAL: ioctl::Opcode = 0x541E;
 const TIOCSSERIAL: ioctl::Opcode = 0x541F;
 const TIOCSRS485: ioctl::Opcode = 0x542F;
