@@ -8,6 +8,7 @@
     reason = "a panic is how these functions report what they found"
 )]
 
+pub(crate) mod capture;
 pub(crate) mod decoder;
 pub(crate) mod gsd;
 pub(crate) mod input;

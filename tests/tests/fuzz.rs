@@ -88,6 +88,11 @@ fn the_corpus_of_the_master_is_clean() {
 }
 
 #[test]
+fn the_corpus_of_the_capture_reader_is_clean() {
+    replay("capture", bodies::capture::run);
+}
+
+#[test]
 fn the_corpus_of_the_gsd_reader_is_clean() {
     replay("gsd", bodies::gsd::run);
 }
