@@ -6,16 +6,19 @@
 
 mod common;
 
+use common::puppet::{Puppet, Says};
 use common::{Line, MASTER, SLAVE, slave_identity};
 use dp_master::address::Address;
 use dp_master::dp::{
-    JobFailure, JobId, JobOutcome, JobRequest, MAX_JOBS, Mode, Poll, SlaveConfig, SlaveState, SubmitError, sap,
+    JobFailure, JobId, JobOutcome, JobRequest, LossCause, MAX_JOBS, MasterEvent, Mode, Poll, SlaveConfig, SlaveState,
+    SubmitError, sap,
 };
 use dp_master::fdl::{Responder, ResponderUser, Response};
 use dp_master::phy::Script;
 use dp_master::station::{LineError, MAX_TELEGRAM, Station};
 use dp_master::time::{Baud, BitTimes, Duration, Instant};
 use dp_master::wire::{Header, ResponseFunction, StationType};
+use proptest::prelude::*;
 
 const BAUD: Baud = Baud::B1500000;
 const PEER: u8 = 9;
@@ -430,4 +433,93 @@ fn a_request_that_polls_is_described_by_its_builder() {
     let within = Duration::from_millis(3);
     let request = JobRequest::srd(SLAVE, 51, 51, &[1]).polling(within);
     assert_eq!(request.poll, Poll::UntilData { within });
+}
+
+/// One thing that happens on the line or in the queue.
+#[derive(Debug, Clone, Copy)]
+enum Happening {
+    /// The burst after so many is lost.
+    Lose(u8),
+    AskConfiguration,
+    AskDiagnosis,
+    AskStatus,
+    /// Cancels the job submitted so many before.
+    Cancel(u8),
+    Wait(u16),
+}
+
+fn happening() -> impl Strategy<Value = Happening> {
+    prop_oneof![
+        (0u8..6).prop_map(Happening::Lose),
+        Just(Happening::AskConfiguration),
+        Just(Happening::AskDiagnosis),
+        Just(Happening::AskStatus),
+        (0u8..4).prop_map(Happening::Cancel),
+        (0u16..800).prop_map(Happening::Wait),
+    ]
+}
+
+proptest! {
+    /// Cyclic and acyclic requests to one slave, telegrams lost at any moment, and a slave that looks at the frame count bit alone: no answer is ever
+    /// taken for that of another request, and every place in the queue comes free again.
+    #[test]
+    fn no_answer_is_taken_for_another_however_telegrams_are_lost(
+        happenings in prop::collection::vec(happening(), 1..60),
+    ) {
+        let mut line = Line::new(BAUD, &[one_block()]);
+        let puppet = Puppet::slave(SLAVE, BAUD, |_, _| Says::Data(ResponseFunction::DataLow, vec![0x5A; 8]));
+        line.add_station(Box::new(puppet.looking_at_the_bit_alone()));
+        line.master.set_mode(Mode::Operate);
+        let index = line.indices[0];
+        line.run_until(|line| line.master.exchanges(index) > 2);
+        let mut open = Vec::new();
+        for happening in happenings {
+            let kind = match happening {
+                Happening::Lose(after) => {
+                    let burst = line.bus.bursts() + u64::from(after);
+                    line.bus.script(Script::Drop { burst });
+                    None
+                }
+                Happening::AskConfiguration => Some((JobRequest::srd(SLAVE, sap::GET_CFG, sap::MASTER, &[]), 1)),
+                Happening::AskDiagnosis => Some((JobRequest::srd(SLAVE, sap::SLAVE_DIAG, sap::MASTER, &[]), 6)),
+                Happening::AskStatus => Some((JobRequest::fdl_status(SLAVE), 0)),
+                Happening::Cancel(before) => {
+                    if let Some(place) = open.len().checked_sub(1 + usize::from(before)) {
+                        let (job, _) = open.remove(place);
+                        line.master.jobs().cancel(job);
+                    }
+                    None
+                }
+                Happening::Wait(micros) => {
+                    line.run_for(Duration::from_micros(u64::from(micros)));
+                    None
+                }
+            };
+            if let Some((request, len)) = kind
+                && let Ok(job) = line.master.jobs().submit(&request)
+            {
+                open.push((job, len));
+            }
+            prop_assert!([[0x00; 8], [0x5A; 8]].contains(&line.master.inputs(index).try_into().unwrap()));
+        }
+        line.run_for(Duration::from_millis(60));
+        for (job, len) in open {
+            match line.master.jobs().take(job) {
+                Some(JobOutcome::Response { data, .. }) => prop_assert_eq!(data.len(), len),
+                Some(JobOutcome::Failed(JobFailure::NoAnswer)) => {}
+                other => prop_assert!(false, "{:?}", other),
+            }
+        }
+        prop_assert_eq!(line.master.jobs().room(), MAX_JOBS);
+        prop_assert_eq!(line.master.state(index), SlaveState::DataExchange);
+        let exchanges = line.master.exchanges(index);
+        line.run_for(Duration::from_millis(5));
+        prop_assert!(line.master.exchanges(index) > exchanges);
+        // Losses alone, no answer of another length or access point.
+        for event in line.master_events() {
+            if let MasterEvent::SlaveLost { cause, .. } = event {
+                prop_assert_eq!(cause, LossCause::NoAnswer);
+            }
+        }
+    }
 }

@@ -4,7 +4,9 @@ use dp_master::address::Address;
 use dp_master::dp::sap;
 use dp_master::station::{LineError, MAX_TELEGRAM, Station};
 use dp_master::time::{Baud, BitTimes, Instant};
-use dp_master::wire::{DecodeError, FunctionCode, Header, ResponseFunction, StationType, Telegram, decode_one};
+use dp_master::wire::{
+    DecodeError, Fcb, FunctionCode, Header, RequestFunction, ResponseFunction, StationType, Telegram, decode_one,
+};
 
 /// What a puppet answers.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,6 +24,8 @@ pub(crate) struct Puppet {
     baud: Baud,
     script: Script,
     asked: usize,
+    /// The bit of the last request and its reply, where the bit alone makes a repetition.
+    bit_memory: Option<Option<(Fcb, Vec<u8>)>>,
     heard: Vec<u8>,
     reply: Option<(Instant, Vec<u8>)>,
 }
@@ -33,9 +37,17 @@ impl Puppet {
             baud,
             script,
             asked: 0,
+            bit_memory: None,
             heard: Vec::new(),
             reply: None,
         }
+    }
+
+    /// The same, but it repeats its reply whenever the frame count bit is that of the request before, whatever is asked: the standard's way, which
+    /// many a slave takes literally.
+    pub(crate) fn looking_at_the_bit_alone(mut self) -> Self {
+        self.bit_memory = Some(None);
+        self
     }
 
     /// A slave with ident 00DA and one block of eight octets that accepts everything of master 2; Data_Exchange, from 0 on, is up to the test.
@@ -65,6 +77,7 @@ impl Puppet {
                     Says::ShortAck
                 }
                 Some(sap::CHK_CFG) => Says::ShortAck,
+                Some(sap::GET_CFG) => Says::Data(ResponseFunction::DataLow, vec![0xF3]),
                 None => {
                     exchanges += 1;
                     exchange(exchanges - 1, data)
@@ -73,6 +86,10 @@ impl Puppet {
             }),
         )
     }
+}
+
+fn bit(fcb: Fcb) -> bool {
+    matches!(fcb, Fcb::First | Fcb::High)
 }
 
 impl Station for Puppet {
@@ -87,10 +104,25 @@ impl Station for Puppet {
             }
         };
         if header.da == self.address && header.fc.is_request() && len == self.heard.len() {
+            let FunctionCode::Request { fcb, function } = header.fc else {
+                return;
+            };
+            if let Some(Some((last, reply))) = &self.bit_memory
+                && matches!(fcb, Fcb::Low | Fcb::High)
+                && bit(fcb) == bit(*last)
+            {
+                self.reply = Some((now + self.baud.duration(BitTimes(11)), reply.clone()));
+                self.heard.clear();
+                return;
+            }
             let asked = self.asked;
             self.asked += 1;
             let mut buf = [0; MAX_TELEGRAM];
-            let telegram = match (self.script)(asked, header.dsap, data) {
+            let says = match function {
+                RequestFunction::FdlStatus => Says::Data(ResponseFunction::Ok, Vec::new()),
+                _ => (self.script)(asked, header.dsap, data),
+            };
+            let telegram = match says {
                 Says::ShortAck => Some(vec![0xE5]),
                 Says::Nothing => None,
                 Says::Data(function, data) => {
@@ -112,6 +144,9 @@ impl Station for Puppet {
                     Some(buf[..len].to_vec())
                 }
             };
+            if let (Some(memory), Some(telegram)) = (&mut self.bit_memory, &telegram) {
+                *memory = (fcb != Fcb::Inactive).then(|| (fcb, telegram.clone()));
+            }
             self.reply = telegram.map(|telegram| (now + self.baud.duration(BitTimes(11)), telegram));
         }
         self.heard.clear();
