@@ -1,6 +1,6 @@
 //! A master of class 2 beside the master of class 1: it reads what it wants and disturbs nobody.
 //!
-//! Here both are one station, or the slave belongs to somebody else: it was parametrised before the tool came.
+//! Mostly both are one station, or the slave belongs to somebody else; at the end the tool is a station of its own in the ring.
 #![allow(
     clippy::unwrap_used,
     reason = "clippy allows it in test functions only, not in their helpers"
@@ -9,11 +9,16 @@
 mod common;
 
 use common::bench::{BAUD, Bench};
-use common::{Line, SLAVE, slave_identity};
+use common::{Line, MASTER, SLAVE, slave_identity};
+use dp_master::address::Address;
 use dp_master::dp::class2::{
     AskIdent, AskLsap, AskStatus, GetCfg, Pending, RdInp, RdOutp, ReadDiag, Service, ServiceError,
 };
-use dp_master::dp::{ExtDiag, JobFailure, MasterEvent, Mode, Overflow, SlaveConfig, SlaveState, StationStatus};
+use dp_master::dp::{
+    DpMaster, ExtDiag, JobFailure, MasterConfig, MasterEvent, Mode, Overflow, SlaveConfig, SlaveState, StationStatus,
+};
+use dp_master::fdl::BusParams;
+use dp_master::phy::PortId;
 use dp_master::time::Duration;
 use dp_master::wire::{ResponseFunction, StationType};
 
@@ -160,4 +165,60 @@ fn a_given_up_service_frees_its_place() {
     let pending = Pending::start(GetCfg { peer: SLAVE }, line.master.jobs()).unwrap();
     pending.cancel(line.master.jobs());
     assert_eq!(line.master.jobs().room(), room);
+}
+
+/// A tool of class 2 as a station of its own in the ring of the master.
+struct Tool {
+    master: DpMaster<0>,
+    port: PortId,
+}
+
+/// Runs line and tool together until the tool has its answer.
+fn ask_from<S: Service>(line: &mut Line, tool: &mut Tool, service: S) -> Result<S::Answer, ServiceError> {
+    let pending = Pending::start(service, tool.master.jobs()).unwrap();
+    let end = line.now + Duration::from_millis(200);
+    loop {
+        if let Some(answer) = pending.poll(tool.master.jobs()) {
+            return answer;
+        }
+        assert!(line.now < end, "no answer:\n{}", line.tap.log.join("\n"));
+        line.step_with(&mut [(tool.port, &mut tool.master)]);
+    }
+}
+
+#[test]
+fn a_tool_in_the_ring_of_the_master_reads_its_slave_and_takes_nothing_from_it() {
+    let mut line = Line::new(BAUD, &[SlaveConfig::new(SLAVE, 0x00DA, &[0xF3]).unwrap()]);
+    line.add_slave(slave_identity(BAUD));
+    line.master.set_mode(Mode::Operate);
+    let index = line.indices[0];
+    line.master.set_outputs(index, &[0x51; 8]).unwrap();
+    line.slaves[0].set_inputs(&[0xA1; 8]);
+    line.run_until(|line| line.master.exchanges(index) > 3);
+    let config = MasterConfig::new(Address::new(1).unwrap(), BusParams::standard(BAUD));
+    let mut tool = Tool {
+        master: DpMaster::new(config).unwrap(),
+        port: line.bus.attach(),
+    };
+    let end = line.now + Duration::from_millis(1_500);
+    while !tool.master.is_in_ring() {
+        assert!(line.now < end, "the tool was not let into the ring");
+        line.step_with(&mut [(tool.port, &mut tool.master)]);
+    }
+    line.master_events();
+    let before = line.master.exchanges(index);
+    let peer = SLAVE;
+    let diagnosis = ask_from(&mut line, &mut tool, ReadDiag { peer }).unwrap();
+    assert_eq!(diagnosis.standard.master, 2);
+    assert_eq!(ask_from(&mut line, &mut tool, GetCfg { peer }).unwrap()[..], [0xF3]);
+    assert_eq!(ask_from(&mut line, &mut tool, RdInp { peer }).unwrap()[..], [0xA1; 8]);
+    assert_eq!(ask_from(&mut line, &mut tool, RdOutp { peer }).unwrap()[..], [0x51; 8]);
+    let station = ask_from(&mut line, &mut tool, AskStatus { peer: MASTER }).unwrap();
+    assert_eq!(station, StationType::MasterInRing);
+    assert!(line.master.exchanges(index) > before);
+    // The exchange went on all the time.
+    assert_eq!(line.master.state(index), SlaveState::DataExchange);
+    let lost = |event: &MasterEvent| matches!(event, MasterEvent::SlaveLost { .. });
+    assert!(!line.master_events().iter().any(lost));
+    line.assert_no_violations();
 }

@@ -154,8 +154,17 @@ impl Line {
         self.step_to(Instant::MAX);
     }
 
+    /// The same with further stations of the test.
+    pub(crate) fn step_with(&mut self, more: &mut [(PortId, &mut dyn Station)]) {
+        self.advance(Instant::MAX, more);
+    }
+
     /// Everything up to the next wake-up or `limit`, whichever comes first.
     fn step_to(&mut self, limit: Instant) {
+        self.advance(limit, &mut []);
+    }
+
+    fn advance(&mut self, limit: Instant, more: &mut [(PortId, &mut dyn Station)]) {
         let Self {
             bus,
             now,
@@ -173,6 +182,9 @@ impl Line {
             stations.push((*port, slave));
         }
         stations.extend(others.iter_mut().map(|(port, station)| (*port, station.as_mut() as _)));
+        for (port, station) in more {
+            stations.push((*port, &mut **station));
+        }
         let at = next_wakeup(bus, &stations).unwrap_or(limit);
         *now = (*now).max(at.min(limit));
         pump(bus, *now, &mut stations);
