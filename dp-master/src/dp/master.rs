@@ -183,6 +183,12 @@ pub struct MasterStatistics {
     pub discarded: u64,
     /// Characters the receiver could not use.
     pub line_errors: u64,
+    /// Tokens sent, to ourselves and repetitions counted.
+    pub tokens: u64,
+    /// Tokens repeated because the successor did not act.
+    pub token_retries: u64,
+    /// Addresses asked whether a master wants to enter the ring.
+    pub gap_requests: u64,
     /// The last real rotation time of the token (Trr); zero before the second token.
     pub last_rotation: Duration,
     /// The longest one.
@@ -431,6 +437,9 @@ impl<const N: usize> DpMaster<N> {
             timeouts: fdl.timeouts,
             discarded: fdl.discarded,
             line_errors: fdl.line_errors,
+            tokens: fdl.tokens,
+            token_retries: fdl.token_retries,
+            gap_requests: fdl.gap_requests,
             last_rotation: fdl.last_rotation,
             longest_rotation: fdl.longest_rotation,
             mean_cycle: Duration::from_nanos(total.checked_div(cyclic.cycles).unwrap_or(0)),

@@ -47,6 +47,7 @@ impl Core {
         buf: &mut [u8; MAX_TELEGRAM],
         user: &mut U,
     ) -> Option<usize> {
+        let mut asked_again = false;
         loop {
             let Some(access) = self.time.access(now) else {
                 return self.begin_pass(now, buf, user);
@@ -91,21 +92,26 @@ impl Core {
                     self.timers.start(Timer::Pause, now + Duration::from_nanos(1));
                     return None;
                 }
-                Action::PassToken => {
-                    let next_cycle = self.worked
-                        && access == Access::Any
-                        && now < self.lone_until
-                        && self.ring.is_alone()
-                        && !self.gap.is_first()
-                        && self.membership == Membership::Ring;
-                    if !next_cycle {
-                        return self.begin_pass(now, buf, user);
-                    }
-                    // A user that has nothing to send now either is asked no third time.
+                Action::PassToken if !asked_again && self.may_begin_cycle(now, access) => {
+                    asked_again = true;
                     self.worked = false;
                 }
+                Action::PassToken => return self.begin_pass(now, buf, user),
             }
         }
+    }
+
+    /// Whether a user that says it is complete is asked for its next cycle with the same token: when it was complete
+    /// before the token came, or when the station is alone and nobody waits.
+    fn may_begin_cycle(&self, now: Instant, access: Access) -> bool {
+        if !self.worked {
+            return true;
+        }
+        access == Access::Any
+            && now < self.lone_until
+            && self.ring.is_alone()
+            && !self.gap.is_first()
+            && self.membership == Membership::Ring
     }
 
     /// A station alone has nothing to do until `until`: the token goes round when the silence becomes long, and is back

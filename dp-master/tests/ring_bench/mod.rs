@@ -341,6 +341,9 @@ impl Bench {
     }
 }
 
+/// A DP cycle of one slave with eight octets each way, at most a repetition and Global_Control with it.
+pub(crate) const CYCLE: u64 = 2 * (17 * 11 * 2 + 11 + 300 + 37) + 200;
+
 pub(crate) fn bits(count: u64) -> Duration {
     BAUD.duration(BitTimes(u32::try_from(count).unwrap()))
 }
@@ -403,5 +406,28 @@ impl Bounds {
     /// The longest time until a ring has asked every address of every GAP, put off once for each when the token is late.
     pub(crate) fn ring_scan(self, masters: u64, cycle: u64) -> u64 {
         (self.gap_factor + 2 * (self.hsa + 2)) * self.rotation(masters, cycle)
+    }
+
+    /// How long masters may take to form one ring after the last of them was switched on or the line was last disturbed:
+    /// the last Ttimeout, an initialisation, and for each of the others the search of a master alone and of the ring that
+    /// grows.
+    pub(crate) fn formation(self, addresses: &[u8]) -> u64 {
+        let highest = addresses.iter().copied().max().unwrap();
+        let masters = addresses.len() as u64;
+        self.timeout(highest) + self.initialisation() + self.lone_scan(CYCLE) + masters * self.ring_scan(masters, CYCLE)
+    }
+
+    /// How long a ring is without its dead member: the telegram that was under way, the silence until the lowest of the
+    /// others claims the token, and two rotations in which it is offered the token in vain and the others hear that.
+    pub(crate) fn recovery(self, lowest: u8, masters: u64) -> u64 {
+        255 * 11 + self.timeout(lowest) + 2 * self.rotation(masters, CYCLE)
+    }
+
+    /// The longest that two tokens may go on beside each other on one line: until two masters that speak in step with each
+    /// other drift apart, which takes the search of each of them and 11 bits of drift, one or more with every token to
+    /// itself; then two rotations until whoever is passed over gives up.
+    pub(crate) fn doubled(self, masters: u64) -> u64 {
+        let drift = 11 * (self.token() + 127);
+        self.initialisation() + drift + 512 * self.token() + 2 * self.rotation(masters, CYCLE)
     }
 }
