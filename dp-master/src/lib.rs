@@ -9,6 +9,7 @@
 //! | what a station looks like to a line | [`station`] | yes |
 //! | who may speak when: token, slot time, repetitions | [`fdl`] | yes |
 //! | DP-V0 master and slave | [`dp`] | yes |
+//! | what a device says about itself: GSD files | `gsd` | no |
 //! | lines: virtual, disturbed, serial, pseudo-terminal, TCP | `phy` | no |
 //! | one station in real time on a port | `driver` | no |
 //!

@@ -373,7 +373,10 @@ fn constants_and_parameters_beyond_their_length_are_told() {
     );
     assert_eq!(
         complaints("User_Prm_Data_Len = 3\nUser_Prm_Data = 1,2"),
-        ["error 2: `User_Prm_Data` has 2 octets, `User_Prm_Data_Len` says 3"]
+        [
+            "error 2: `User_Prm_Data` has 2 octets, `User_Prm_Data_Len` says 3",
+            "warning 2: `Max_User_Prm_Data_Len` stands beside `User_Prm_Data`, which is used because there is nothing else",
+        ]
     );
     assert_eq!(
         complaints("User_Prm_Data_Len = 3"),

@@ -65,8 +65,8 @@ fn lines_are_counted_the_same_with_every_line_end() {
 
 #[test]
 fn a_line_goes_on_behind_a_backslash() {
-    let gsd = clean("User_Prm_Data_Len = 4\nUser_Prm_Data = 1, \\\n 2,\\\n\\\n3 \\\n,4");
-    assert_eq!(gsd.slave.user_prm_data.unwrap(), [1, 2, 3, 4]);
+    let gsd = clean("Ext_User_Prm_Data_Const(0) = 1, \\\n 2,\\\n\\\n3 \\\n,4");
+    assert_eq!(gsd.prm.constants[0].octets, [1, 2, 3, 4]);
 }
 
 #[test]
@@ -104,6 +104,30 @@ fn blanks_at_the_end_of_a_text_are_dropped_those_at_its_start_are_kept() {
     // Makers fill texts up to 32 characters, and indent names.
     let gsd = clean("Info_Text = \"  a b                         \"");
     assert_eq!(gsd.general.info_text.unwrap(), "  a b");
+}
+
+#[test]
+fn a_long_line_costs_no_more_than_its_length() {
+    // Each of these took minutes when something looked back to the start of the line, or ahead to its end, at every step.
+    let count = 300_000;
+    for (head, piece) in [
+        ("Info_Text = \"", "a\"b"),
+        ("Info_Text = ", "\"\" 1 "),
+        ("Info_Text = \"", "\"  "),
+        ("Module = \"m\" 0", ",300"),
+        ("Slave_Family = 1", "@a"),
+        ("ExtUserPrmData = 1 \"p\"\nUnsigned8 0 1-2", ",5-3"),
+        ("ExtUserPrmData = 1 \"p\"\nUnsigned8 0 1-2", ",1-2"),
+        ("", "(="),
+        ("", "\\\n"),
+        ("Foo", "\\ ; x\n"),
+    ] {
+        let reading = gsd::parse(format!("{SLAVE}{head}{}", piece.repeat(count)).as_bytes());
+        assert!(reading.diagnostics.len() <= 3, "{head}{piece}");
+    }
+    // Many short lines, each with something to say.
+    let reading = gsd::parse(format!("{SLAVE}{}", "Text(0) = \"a\n".repeat(count / 10)).as_bytes());
+    assert_eq!(reading.diagnostics.len(), 1_001);
 }
 
 #[test]

@@ -21,7 +21,7 @@ use dp_master::gsd::{ModuleKey, Part, PrmValue, SetupError};
 use dp_master::phy::{PortId, VirtualBus, pump};
 use dp_master::station::Station;
 use dp_master::time::{Baud, Duration, Instant};
-use gsd_bench::{COMPACT, DPV1, DRIVE, MODULAR, clean, read};
+use gsd_bench::{COMPACT, DPV1, DRIVE, MODULAR, clean, read, with};
 
 fn at(address: u8) -> Address {
     Address::new(address).unwrap()
@@ -51,6 +51,21 @@ fn a_compact_slave_is_set_up_with_nothing_chosen() {
         (slave.watchdog, slave.sync, slave.freeze),
         (None, Demand::No, Demand::No)
     );
+}
+
+#[test]
+fn parameters_without_names_count_when_the_station_has_no_others() {
+    let old = "User_Prm_Data_Len = 2\nUser_Prm_Data = 7,8\n";
+    let user_prm = |statements: &str| {
+        let gsd = with(statements).gsd;
+        let mut setup = gsd.configure();
+        setup.plug("first").unwrap();
+        setup.user_prm().unwrap()
+    };
+    assert_eq!(user_prm(old), [7, 8]);
+    // The newer keywords exclude the older ones.
+    assert_eq!(user_prm(&format!("{old}Ext_User_Prm_Data_Const(0) = 1")), [1]);
+    assert_eq!(user_prm(""), [0; 0]);
 }
 
 #[test]

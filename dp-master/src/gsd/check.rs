@@ -154,6 +154,11 @@ impl Checks<'_> {
             );
             self.remarks.error(self.place("User_Prm_Data"), message);
         }
+        if slave.user_prm_data.is_some() && self.gsd.prm.len.is_some() && self.gsd.prm.is_empty() {
+            let message =
+                "`Max_User_Prm_Data_Len` stands beside `User_Prm_Data`, which is used because there is nothing else";
+            self.remarks.warning(self.place("User_Prm_Data"), message);
+        }
         if let Some(len @ 1..) = slave.user_prm_data_len
             && !self.has("User_Prm_Data")
         {

@@ -157,7 +157,7 @@ impl<'s, 'a> Cursor<'s, 'a> {
             if !set.is_empty() {
                 self.sign(',')?;
             }
-            let start = self.position();
+            let start = self.clone();
             let min = self.number(range.clone())?;
             let mut max = min;
             if self.is_at('-') {
@@ -165,10 +165,9 @@ impl<'s, 'a> Cursor<'s, 'a> {
                 max = self.number(range.clone())?;
             }
             if max < min {
-                return Err(Fault {
-                    at: start,
-                    message: format!("expected a range from a smaller to a larger number, got {min} to {max}"),
-                });
+                return start.fault(format!(
+                    "expected a range from a smaller to a larger number, got {min} to {max}"
+                ));
             }
             set.push((min, max));
         }

@@ -157,10 +157,10 @@ fn text(input: &mut Input<'_>) -> Result<Text> {
         }
         let c = any.parse_next(input)?;
         if c == '"' {
-            let line = input.split('\n').next().unwrap_or("");
-            let next = line.trim_start_matches([' ', '\t']).chars().next();
+            let mut rest = input.chars().take(AHEAD).take_while(|&c| c != '\n');
+            let next = rest.by_ref().find(|c| !matches!(c, ' ' | '\t'));
             let may_follow = next.is_none_or(|next| next.is_ascii_digit() || matches!(next, ';' | ',' | '\\'));
-            if may_follow || !line.contains('"') {
+            if may_follow || !(next == Some('"') || rest.any(|c| c == '"')) {
                 break;
             }
             ending = Ending::InnerQuotes;
@@ -170,6 +170,9 @@ fn text(input: &mut Input<'_>) -> Result<Text> {
     value.truncate(value.trim_end().len());
     Ok(Text { value, ending })
 }
+
+/// How far behind a quotation mark another one is looked for: more than the longest text, and no more than is paid for gladly at each.
+const AHEAD: usize = 512;
 
 #[cfg(test)]
 mod tests {

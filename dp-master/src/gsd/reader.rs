@@ -93,14 +93,16 @@ impl<'a> Reader<'a> {
     }
 
     fn statement(&mut self, tokens: &[Token<'a>]) {
-        for token in tokens {
-            if let Kind::Text(text) = &token.kind {
-                let at = self.lines.position(token.span.start);
-                match text.ending {
-                    Ending::Closed => {}
-                    Ending::Open => self.remarks.error(at, "the text has no quotation mark at its end"),
-                    Ending::InnerQuotes => self.remarks.warning(at, "the text has quotation marks inside"),
-                }
+        // One remark a statement: what is wrong with the first text is wrong with the others because of it.
+        let odd = tokens.iter().find_map(|token| match &token.kind {
+            Kind::Text(text) if text.ending != Ending::Closed => Some((token.span.start, text.ending)),
+            _ => None,
+        });
+        if let Some((start, ending)) = odd {
+            let at = self.lines.position(start);
+            match ending {
+                Ending::Open => self.remarks.error(at, "the text has no quotation mark at its end"),
+                _ => self.remarks.warning(at, "the text has quotation marks inside"),
             }
         }
         if let Err(Fault { at, message }) = self.understand(tokens) {

@@ -596,9 +596,8 @@ impl<'g> Setup<'g> {
             let module = gsd.general.model_name.clone().unwrap_or_default();
             return Err(SetupError::Failsafe { module });
         }
-        let is_extended = !gsd.prm.is_empty() || gsd.prm.len.is_some();
         let mut octets = match &gsd.slave.user_prm_data {
-            Some(data) if !is_extended => data.clone(),
+            Some(data) if gsd.prm.is_empty() => data.clone(),
             _ => self.part(Part::Station, &gsd.prm, self.end(&gsd.prm), &self.station)?,
         };
         if gsd.dpv1.dpv1_slave {
