@@ -101,7 +101,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A whole number within a range, or the mistake.
-    pub(crate) fn integer(
+    fn integer(
         &mut self,
         value: &Spanned<DeValue<'a>>,
         what: &str,
@@ -118,6 +118,34 @@ impl<'a> Reader<'a> {
             self.mistake(value.span(), format!("{what}: expected {from} to {to}, got {digits}"));
         }
         fitting
+    }
+
+    /// A whole number within a range of its type, or the mistake.
+    pub(crate) fn number<N: Copy + Into<i64> + TryFrom<i64>>(
+        &mut self,
+        value: &Spanned<DeValue<'a>>,
+        what: &str,
+        allowed: std::ops::RangeInclusive<N>,
+    ) -> Option<N> {
+        let allowed = (*allowed.start()).into()..=(*allowed.end()).into();
+        self.integer(value, what, allowed)
+            .and_then(|number| number.try_into().ok())
+    }
+
+    /// The elements of `[[name]]`, each with its place.
+    pub(crate) fn tables<'t>(
+        &mut self,
+        value: &'t Spanned<DeValue<'a>>,
+        name: &str,
+    ) -> Vec<(&'t Spanned<DeValue<'a>>, &'t DeTable<'a>)> {
+        let Some(array) = value.get_ref().as_array() else {
+            self.wrong_type(value, name, &format!("tables headed [[{name}]]"));
+            return Vec::new();
+        };
+        array
+            .iter()
+            .filter_map(|element| self.table(element, name).map(|table| (element, table)))
+            .collect()
     }
 
     /// A number times 10 to the power of `decimals`, as written; further decimals are a mistake.

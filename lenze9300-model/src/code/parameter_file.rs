@@ -23,6 +23,12 @@ use crate::toml_file::{Fields, FileError, Reader};
 /// C0086 stands before the codes it resets, so that reading the file in its order gives the same drive.
 pub fn write_parameter_file(codes: &CodeStore, base: &CodeStore) -> String {
     let mut text = String::from("[codes]\n");
+    write_codes(&mut text, codes, base);
+    text
+}
+
+/// A line for every stored code that differs from `base`.
+pub(crate) fn write_codes(text: &mut String, codes: &CodeStore, base: &CodeStore) {
     for difference in codes.differences(base) {
         let Some(line) = entry(difference.code) else {
             continue;
@@ -38,7 +44,6 @@ pub fn write_parameter_file(codes: &CodeStore, base: &CodeStore) -> String {
             line.name
         );
     }
-    text
 }
 
 /// Reads a parameter file into `codes`, all of it or nothing.

@@ -42,6 +42,27 @@ pub struct FaultMemory {
 const HISTORY: usize = 7;
 
 impl FaultMemory {
+    /// Entries besides the present one.
+    pub const HISTORY: usize = HISTORY;
+
+    /// A memory with these past faults, the latest first; those beyond the seventh are forgotten.
+    pub fn from_history(entries: impl IntoIterator<Item = FaultEntry>) -> Self {
+        let mut memory = Self::default();
+        for (place, entry) in memory.history.iter_mut().zip(entries) {
+            *place = Some(entry);
+        }
+        memory
+    }
+
+    /// All entries as they would be without a present fault, the latest first.
+    pub fn entries(&self) -> impl Iterator<Item = FaultEntry> {
+        let mut without = self.clone();
+        if let Some(entry) = without.present.take() {
+            without.remember(entry);
+        }
+        without.history.into_iter().flatten()
+    }
+
     /// Follows what is shown now. `still_there` tells whether a fault that is no longer shown only stands behind a higher one.
     pub fn update(&mut self, now_s: u32, shown: Option<(Fault, Reaction)>, still_there: impl Fn(Fault) -> bool) {
         let before = self.present;

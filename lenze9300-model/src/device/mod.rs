@@ -7,6 +7,7 @@ mod monitor;
 mod nonvolatile;
 mod parameter_sets;
 mod reference;
+mod state_file;
 
 pub use drive::{Drive, DriveConfig, DriveStatus, PositioningSignals, Terminals};
 pub use fault::{Detection, Fault, Reaction};
@@ -14,3 +15,4 @@ pub use memory::{FaultEntry, FaultMemory};
 pub use monitor::{FaultSet, Monitor, Restart};
 pub use nonvolatile::{NonVolatile, SetNumber, SetNumberError};
 pub use reference::FaultReference;
+pub use state_file::{read_state_file, write_state_file};

@@ -13,6 +13,14 @@ impl SetNumber {
     /// The set that is loaded at every power-up.
     pub const FIRST: Self = Self(1);
 
+    /// All of them, with their names in files.
+    pub(super) const ALL_WITH_KEYS: [(&'static str, Self); 4] = [
+        ("set_1", Self(1)),
+        ("set_2", Self(2)),
+        ("set_3", Self(3)),
+        ("set_4", Self(4)),
+    ];
+
     /// A set number.
     ///
     /// # Errors

@@ -50,8 +50,6 @@
 //!
 //! Source of the fields and their order: 9300 facts 4.1.
 
-use std::ops::RangeInclusive;
-
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -134,7 +132,7 @@ fn records<'a>(reader: &mut Reader<'a>, value: Option<&Spanned<DeValue<'a>>>) ->
         return Vec::new();
     };
     let mut records: Vec<Read> = Vec::new();
-    for value in tables(reader, value, "record") {
+    for value in reader.tables(value, "record") {
         if let Some(read) = record(reader, value) {
             if records.iter().any(|other| other.number == read.number) {
                 reader.mistake(read.at.clone(), format!("record {} is given twice", read.number));
@@ -145,26 +143,10 @@ fn records<'a>(reader: &mut Reader<'a>, value: Option<&Spanned<DeValue<'a>>>) ->
     records
 }
 
-/// The elements of `[[name]]`.
-fn tables<'t, 'a>(
-    reader: &mut Reader<'a>,
-    value: &'t Spanned<DeValue<'a>>,
-    name: &str,
-) -> Vec<(&'t Spanned<DeValue<'a>>, &'t DeTable<'a>)> {
-    let Some(array) = value.get_ref().as_array() else {
-        reader.wrong_type(value, name, &format!("tables headed [[{name}]]"));
-        return Vec::new();
-    };
-    array
-        .iter()
-        .filter_map(|element| reader.table(element, name).map(|table| (element, table)))
-        .collect()
-}
-
 fn record<'a>(reader: &mut Reader<'a>, (value, table): (&Spanned<DeValue<'a>>, &DeTable<'a>)) -> Option<Read> {
     let mut fields = Fields::of(table);
     let number = match fields.take("number") {
-        Some(number) => number_in(reader, number, "number", 1..=RecordNumber::MAX),
+        Some(number) => reader.number(number, "number", 1..=RecordNumber::MAX),
         None => {
             reader.mistake(value.span(), "the record has no `number`; expected 1 to 32");
             None
@@ -338,9 +320,11 @@ fn homing_rule<'a>(reader: &mut Reader<'a>, value: &Spanned<DeValue<'a>>) -> Opt
             }
         },
     };
-    let switch = fields
-        .take("switch")
-        .map(|value| number_in(reader, value, "switch", 1..=ProgramInput::MAX).and_then(ProgramInput::new));
+    let switch = fields.take("switch").map(|value| {
+        reader
+            .number(value, "switch", 1..=ProgramInput::MAX)
+            .and_then(ProgramInput::new)
+    });
     let zero_pulse = match fields.take("zero_pulse") {
         None => Some(false),
         Some(value) => {
@@ -420,7 +404,7 @@ fn condition<'a>(
     what: &str,
 ) -> Option<InputLevel> {
     let number = match fields.take("input") {
-        Some(value) => number_in(reader, value, "input", 1..=ProgramInput::MAX),
+        Some(value) => reader.number(value, "input", 1..=ProgramInput::MAX),
         None => missing(reader, value, what, "input"),
     };
     let level = level(reader, fields, value, what);
@@ -433,7 +417,7 @@ fn condition<'a>(
 fn output_level<'a>(reader: &mut Reader<'a>, value: &Spanned<DeValue<'a>>, what: &str) -> Option<OutputLevel> {
     let mut fields = Fields::of(reader.table(value, what)?);
     let output = match fields.take("output") {
-        Some(value) => number_in(reader, value, "output", 1..=OUTPUTS),
+        Some(value) => reader.number(value, "output", 1..=OUTPUTS),
         None => missing(reader, value, what, "output"),
     };
     let level = level(reader, &mut fields, value, what);
@@ -499,7 +483,7 @@ fn successor<'a>(reader: &mut Reader<'a>, value: &Spanned<DeValue<'a>>, what: &s
         return Some(Successor::End);
     }
     if value.get_ref().is_integer() {
-        let number = number_in(reader, value, what, 1..=RecordNumber::MAX)?;
+        let number = reader.number(value, what, 1..=RecordNumber::MAX)?;
         return RecordNumber::new(number).map(Successor::Record);
     }
     reader.mistake(value.span(), format!("{what}: expected a record number or \"end\""));
@@ -511,14 +495,14 @@ fn computed<'a>(reader: &mut Reader<'a>, value: Option<&Spanned<DeValue<'a>>>) -
         return Vec::new();
     };
     let mut computed: Vec<WiredPosition> = Vec::new();
-    for (value, table) in tables(reader, value, "computed") {
+    for (value, table) in reader.tables(value, "computed") {
         let mut fields = Fields::of(table);
         let number = match fields.take("variable") {
-            Some(value) => number_in(reader, value, "variable", FIRST_WIRED..=POSITION_COUNT),
+            Some(value) => reader.number(value, "variable", FIRST_WIRED..=POSITION_COUNT),
             None => missing(reader, value, "computed", "variable"),
         };
         let base = match fields.take("base") {
-            Some(value) => number_in(reader, value, "base", 1..=FIRST_WIRED - 1),
+            Some(value) => reader.number(value, "base", 1..=FIRST_WIRED - 1),
             None => missing(reader, value, "computed", "base"),
         };
         let offset_e4 = fields
@@ -623,18 +607,6 @@ fn variable<'a>(reader: &mut Reader<'a>, value: &Spanned<DeValue<'a>>, what: &st
         reader.mistake(value.span(), format!("{what}: expected {name} 1 to {last}, got {got}"));
     }
     number
-}
-
-fn number_in<'a>(
-    reader: &mut Reader<'a>,
-    value: &Spanned<DeValue<'a>>,
-    what: &str,
-    allowed: RangeInclusive<u8>,
-) -> Option<u8> {
-    let allowed = i64::from(*allowed.start())..=i64::from(*allowed.end());
-    reader
-        .integer(value, what, allowed)
-        .and_then(|number| u8::try_from(number).ok())
 }
 
 fn missing<T>(reader: &mut Reader<'_>, value: &Spanned<DeValue<'_>>, what: &str, key: &str) -> Option<T> {
