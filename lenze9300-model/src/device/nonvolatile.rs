@@ -97,6 +97,11 @@ impl NonVolatile {
         &self.sets[number.place()]
     }
 
+    /// Whether everything but the hours is the same.
+    pub fn is_same_but_for_hours(&self, other: &Self) -> bool {
+        self.sets == other.sets && self.faults == other.faults
+    }
+
     /// Saves a parameter set, as C0003 does.
     pub fn save(&mut self, number: SetNumber, codes: &CodeStore) {
         self.sets[number.place()] = codes.clone();

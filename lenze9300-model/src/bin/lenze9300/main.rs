@@ -2,8 +2,10 @@
 
 mod bode;
 mod loop_args;
+mod operator;
 mod reader;
 mod serve;
+mod state;
 mod step;
 
 use std::process::ExitCode;

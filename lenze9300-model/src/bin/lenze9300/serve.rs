@@ -1,8 +1,9 @@
 //! `lenze9300 serve`: the drive and its bus module in real time.
 
 use std::convert::Infallible;
-use std::io::Write;
-use std::path::PathBuf;
+use std::io::{BufRead, Write};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration as StdDuration, Instant as StdInstant};
 
 use clap::Args;
@@ -10,10 +11,14 @@ use dp_master::driver::Driver;
 use dp_master::phy::{PortName, ReopeningPort, SerialOptions, Transmitter, request_real_time};
 use dp_master::time::{Baud, Duration};
 use lenze9300_model::bus::dp::{Emf2133, Emf2133Config, IDENT};
-use lenze9300_model::device::{Drive, DriveConfig};
-use lenze9300_model::{TICK_NS, TICKS_PER_MS};
+use lenze9300_model::code::{CodeStore, read_parameter_file};
+use lenze9300_model::device::{Drive, DriveConfig, NonVolatile, SetNumber, read_state_file};
+use lenze9300_model::traverse::ProgramFile;
+use lenze9300_model::{FileError, TICK_NS, TICKS_PER_MS};
 
+use crate::operator::{Operator, Order};
 use crate::reader::MarkReader;
+use crate::state::StateKeeper;
 
 /// What `lenze9300 serve` takes.
 #[derive(Debug, Args)]
@@ -42,6 +47,16 @@ pub(crate) struct ServeArgs {
     /// Distance of the print marks that a reader at E1 sees, 200.0…2000.0 mm; 0 = no reader.
     #[arg(long, value_name = "MM", default_value = "1200", value_parser = parse_mark_distance)]
     marks_every: i32,
+    /// Traversing program, TOML; the film feed's if there is none. Its codes go into parameter set 1.
+    #[arg(long, value_name = "FILE")]
+    program: Option<PathBuf>,
+    /// Codes for parameter set 1, TOML.
+    #[arg(long, value_name = "FILE")]
+    codes: Option<PathBuf>,
+    /// What the drive keeps without supply: saved parameter sets, fault memory, hours. Read at the start if it is there, written
+    /// whenever a set is saved or a fault remembered.
+    #[arg(long, value_name = "FILE")]
+    state: Option<PathBuf>,
     /// Seed of the module's processing times.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -59,6 +74,7 @@ pub(crate) fn serve(args: &ServeArgs) -> Result<Infallible, String> {
         latency_allowance: LATENCY,
         ..Emf2133Config::default()
     };
+    let (drive, keeper) = power_up(args)?;
     let module = Emf2133::new(config, args.baud).map_err(|error| error.to_string())?;
     let name = match (&args.port, &args.pty) {
         (Some(name), _) => name.clone(),
@@ -87,7 +103,124 @@ pub(crate) fn serve(args: &ServeArgs) -> Result<Infallible, String> {
         }
         _ => format!("answering at address {} on {name}", args.address),
     })?;
-    answer(opened.port, module, args.marks_every)
+    let mut machine = Machine {
+        reader: (args.marks_every != 0).then(|| MarkReader::new(args.marks_every, drive.codes())),
+        module,
+        drive,
+        operator: Operator::default(),
+        orders: orders(),
+        keeper,
+    };
+    machine.answer(opened.port)
+}
+
+/// The drive with its program and what it has kept.
+fn power_up(args: &ServeArgs) -> Result<(Drive, Option<StateKeeper>), String> {
+    let mut memory = match &args.state {
+        Some(path) if path.exists() => read(path, read_state_file)?,
+        _ => NonVolatile::new(CodeStore::thesis()),
+    };
+    let mut config = DriveConfig::default();
+    let mut codes = memory.set(SetNumber::FIRST).clone();
+    if let Some(path) = &args.program {
+        let file = read(path, |text| ProgramFile::read(text, &codes))?;
+        config.program = file.program;
+        codes = file.codes;
+    }
+    if let Some(path) = &args.codes {
+        read(path, |text| read_parameter_file(text, &mut codes))?;
+    }
+    memory.save(SetNumber::FIRST, &codes);
+    let keeper = args.state.as_ref().map(|path| StateKeeper::new(path, &memory));
+    Ok((Drive::power_up(config, memory), keeper))
+}
+
+/// Reads a file; its mistakes are told with its name.
+fn read<T>(path: &Path, parse: impl FnOnce(&str) -> Result<T, FileError>) -> Result<T, String> {
+    let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    parse(&text).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Lines of standard input, as they come. At its end there are no more orders, and the drive goes on.
+fn orders() -> Receiver<String> {
+    let (sender, receiver) = channel();
+    std::thread::spawn(move || {
+        for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+            if sender.send(line).is_err() {
+                return;
+            }
+        }
+    });
+    receiver
+}
+
+/// Everything that runs in the drive's time.
+struct Machine {
+    drive: Drive,
+    module: Emf2133,
+    reader: Option<MarkReader>,
+    operator: Operator,
+    orders: Receiver<String>,
+    keeper: Option<StateKeeper>,
+}
+
+impl Machine {
+    /// The drive's milliseconds follow the clock; between them the line is served.
+    ///
+    /// When the process was held up, the drive makes up for at most [`MAX_LAG`]; beyond that its time stands still, as if
+    /// the machine had been paused.
+    fn answer(&mut self, port: ReopeningPort) -> Result<Infallible, String> {
+        let mut driver = Driver::new(port);
+        let mut next_ms = StdInstant::now();
+        loop {
+            let now = StdInstant::now();
+            if now > next_ms + MAX_LAG {
+                next_ms = now;
+            }
+            while next_ms <= now {
+                self.millisecond();
+                next_ms += MILLISECOND;
+            }
+            self.follow_orders()?;
+            if let Some(keeper) = &mut self.keeper {
+                keeper.keep(self.drive.nonvolatile())?;
+            }
+            let wait = next_ms.saturating_duration_since(StdInstant::now());
+            driver.step(&mut self.module, wait).map_err(|error| error.to_string())?;
+            while let Some(event) = driver.port_mut().poll_event() {
+                note(&event);
+            }
+        }
+    }
+
+    fn millisecond(&mut self) {
+        self.module.cycle_1ms(&mut self.drive);
+        for _ in 0..TICKS_PER_MS {
+            let shaft = self.drive.tick();
+            if let Some(reader) = &mut self.reader {
+                reader.follow(&shaft, &mut self.drive);
+            }
+        }
+        self.operator.release(&mut self.drive);
+        while self.drive.poll_traverse_event().is_some() {}
+    }
+
+    fn follow_orders(&mut self) -> Result<(), String> {
+        while let Ok(line) = self.orders.try_recv() {
+            if line.trim().is_empty() {
+                continue;
+            }
+            match line.parse::<Order>() {
+                Ok(order) => {
+                    if let Some(told) = self.operator.obey(order, &mut self.drive) {
+                        announce(&told)?;
+                    }
+                }
+                Err(sentence) => note(&sentence),
+            }
+        }
+        Ok(())
+    }
 }
 
 /// One line on standard error that is no reason to end.
@@ -101,39 +234,6 @@ fn announce(line: &str) -> Result<(), String> {
     writeln!(out, "{line}")
         .and_then(|()| out.flush())
         .map_err(|error| format!("standard output: {error}"))
-}
-
-/// The drive's milliseconds follow the clock; between them the line is served.
-///
-/// When the process was held up, the drive makes up for at most [`MAX_LAG`]; beyond that its time stands still, as if
-/// the machine had been paused.
-fn answer(port: ReopeningPort, mut module: Emf2133, marks_every_e4: i32) -> Result<Infallible, String> {
-    let mut drive = Drive::new(DriveConfig::default());
-    let mut reader = (marks_every_e4 != 0).then(|| MarkReader::new(marks_every_e4, drive.codes()));
-    let mut driver = Driver::new(port);
-    let mut next_ms = StdInstant::now();
-    loop {
-        let now = StdInstant::now();
-        if now > next_ms + MAX_LAG {
-            next_ms = now;
-        }
-        while next_ms <= now {
-            module.cycle_1ms(&mut drive);
-            for _ in 0..TICKS_PER_MS {
-                let shaft = drive.tick();
-                if let Some(reader) = &mut reader {
-                    reader.follow(&shaft, &mut drive);
-                }
-            }
-            while drive.poll_traverse_event().is_some() {}
-            next_ms += MILLISECOND;
-        }
-        let wait = next_ms.saturating_duration_since(StdInstant::now());
-        driver.step(&mut module, wait).map_err(|error| error.to_string())?;
-        while let Some(event) = driver.port_mut().poll_event() {
-            note(&event);
-        }
-    }
 }
 
 const MILLISECOND: StdDuration = StdDuration::from_nanos(TICK_NS * TICKS_PER_MS);
