@@ -8,6 +8,7 @@ const FILM: Limits = Limits {
     v_max: 1200.0,
     acc: 2.4,
     dec: 2.4,
+    jerk: f64::INFINITY,
 };
 
 fn from_rest(target: i64, limits: &Limits) -> Plan {
@@ -110,6 +111,7 @@ fn impossible_limits_do_not_panic() {
             v_max: bad,
             acc: bad,
             dec: bad,
+            jerk: bad,
         };
         let plan = Plan::to_target(moving(10.0), 100, &limits, bad);
         assert!(plan.at(10, 0.0).velocity.is_finite());
@@ -134,7 +136,12 @@ fn hours_of_travel_do_not_drift() {
 }
 
 fn limits() -> impl Strategy<Value = Limits> {
-    (1.0..4000.0_f64, 0.05..10.0_f64, 0.05..10.0_f64).prop_map(|(v_max, acc, dec)| Limits { v_max, acc, dec })
+    (1.0..4000.0_f64, 0.05..10.0_f64, 0.05..10.0_f64).prop_map(|(v_max, acc, dec)| Limits {
+        v_max,
+        acc,
+        dec,
+        jerk: f64::INFINITY,
+    })
 }
 
 /// Oracle for one motion: limits kept, continuous, and at every moment one limit used up. `Err` names what failed.
@@ -216,7 +223,7 @@ proptest! {
         limits in limits(), position in -1_000_000_i64..1_000_000, fraction in 0.0..1.0_f64,
         velocity in -5000.0..5000.0_f64, target in -1_000_000_i64..1_000_000,
     ) {
-        let start = PathState { position, fraction, velocity };
+        let start = PathState { position, fraction, velocity, acceleration: 0.0 };
         let plan = Plan::to_target(start, target, &limits, 0.0);
         let first = plan.at(0, 0.0);
         prop_assert_eq!(first.position, position);

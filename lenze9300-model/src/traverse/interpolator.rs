@@ -1,11 +1,13 @@
-//! The profile generator: constant-acceleration segments in closed form.
+//! The profile generator: segments of constant jerk in closed form.
 //!
 //! A [`Plan`] is computed once and evaluated at integer ticks since its start, so nothing is summed up and nothing
-//! drifts. Acceleration jumps (trapezoid, triangle): thesis fig. 63 gives exactly 1.5 s for 1200 mm, which excludes an
-//! S-ramp (9300 facts 4.2).
+//! drifts. As delivered the acceleration jumps (trapezoid, triangle): thesis fig. 63 gives exactly 1.5 s for 1200 mm, which
+//! excludes an S-ramp (9300 facts 4.2). With a limited jerk the plans are those of `s_curve`.
 //!
 //! Unit of time: the tick of the 1 ms task. Unit of position: increment. Accuracy: position and velocity are continuous
 //! at segment borders to 1e-6 inc and 1e-9 inc/ms for distances up to 2^32 inc; the target is met exactly.
+
+use super::s_curve;
 
 /// Where a motion is and how fast.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -16,6 +18,8 @@ pub struct PathState {
     pub fraction: f64,
     /// Velocity in inc/ms.
     pub velocity: f64,
+    /// Acceleration in inc/ms²; without limit of the jerk it does not matter.
+    pub acceleration: f64,
 }
 
 impl PathState {
@@ -25,6 +29,7 @@ impl PathState {
             position,
             fraction: 0.0,
             velocity: 0.0,
+            acceleration: 0.0,
         }
     }
 }
@@ -49,6 +54,7 @@ impl Motion {
             position: self.position,
             fraction: self.fraction,
             velocity: self.velocity,
+            acceleration: self.acceleration,
         }
     }
 }
@@ -62,6 +68,8 @@ pub struct Limits {
     pub acc: f64,
     /// Deceleration (speed falls) in inc/ms², above 0.
     pub dec: f64,
+    /// Jerk (change of the acceleration) in inc/ms³, above 0; infinity lets the acceleration jump.
+    pub jerk: f64,
 }
 
 impl Limits {
@@ -72,8 +80,30 @@ impl Limits {
             v_max: least(self.v_max, 0.0),
             acc: least(self.acc, LEAST_ACCELERATION),
             dec: least(self.dec, LEAST_ACCELERATION),
+            jerk: if self.jerk.is_nan() {
+                f64::INFINITY
+            } else {
+                least(self.jerk, LEAST_JERK)
+            },
         }
     }
+}
+
+/// Shape of the ramps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Profile {
+    /// The acceleration jumps. Source: 9300 facts 4.2 (thesis fig. 63).
+    #[default]
+    Trapezoid,
+    /// The acceleration changes with a limited rate.
+    ///
+    /// The drive's code for it is not known (9300 facts 4.2); an option of the model.
+    #[doc(alias = "S-Rampe")]
+    #[doc(alias = "Ruckbegrenzung")]
+    SCurve {
+        /// Greatest jerk, units/s³; 0 counts as the least possible.
+        jerk: u32,
+    },
 }
 
 /// A motion from a state to a target, or to a velocity.
@@ -87,7 +117,7 @@ pub struct Plan {
     reversal: bool,
 }
 
-/// Constant acceleration, given by the state at one moment.
+/// Constant jerk, given by the state at one moment.
 ///
 /// Braking segments are anchored at their end: they meet the target exactly, however the sums before came out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,6 +127,7 @@ struct Segment {
     anchor_position: f64,
     anchor_velocity: f64,
     acceleration: f64,
+    jerk: f64,
 }
 
 impl Plan {
@@ -108,8 +139,12 @@ impl Plan {
     /// - Interpretation: with `v_end` > 0 the target is a change-over on the fly, which never turns round. When the way is
     ///   too short for `v_end`, the target is crossed with the nearest speed that can be reached.
     pub fn to_target(start: PathState, target: i64, limits: &Limits, v_end: f64) -> Self {
-        let Limits { v_max, acc, dec } = limits.checked();
+        let limits = limits.checked();
+        let Limits { v_max, acc, dec, jerk } = limits;
         let v_end = v_end.clamp(0.0, v_max.max(0.0));
+        if jerk.is_finite() {
+            return s_curve::to_target(start, target, &limits, v_end);
+        }
         let mut builder = Builder::new(start);
         let target = target.saturating_sub(start.position) as f64;
 
@@ -168,7 +203,11 @@ impl Plan {
 
     /// The fastest change to `velocity` (inc/ms, signed, not limited by `v_max`), held from then on.
     pub fn to_velocity(start: PathState, velocity: f64, limits: &Limits) -> Self {
-        let Limits { acc, dec, .. } = limits.checked();
+        let limits = limits.checked();
+        let Limits { acc, dec, jerk, .. } = limits;
+        if jerk.is_finite() {
+            return s_curve::to_velocity(start, velocity, &limits);
+        }
         let mut builder = Builder::new(start);
         if start.velocity * velocity < 0.0 {
             builder.change_velocity(0.0, dec);
@@ -195,13 +234,13 @@ impl Plan {
             .find(|segment| time < segment.until)
             .unwrap_or(&self.segments[last]);
         let since = time - segment.anchor_time;
-        let position = segment.anchor_position + since * (segment.anchor_velocity + 0.5 * segment.acceleration * since);
+        let position = segment.position_after(since);
         let whole = position.floor();
         Motion {
             position: self.origin.saturating_add(whole as i64),
             fraction: position - whole,
-            velocity: segment.anchor_velocity + segment.acceleration * since,
-            acceleration: segment.acceleration,
+            velocity: segment.velocity_after(since),
+            acceleration: segment.acceleration + segment.jerk * since,
         }
     }
 
@@ -284,6 +323,7 @@ impl Builder {
                 anchor_position,
                 anchor_velocity,
                 acceleration,
+                jerk: 0.0,
             };
             self.used += 1;
         }
@@ -310,12 +350,165 @@ impl Segment {
         anchor_position: 0.0,
         anchor_velocity: 0.0,
         acceleration: 0.0,
+        jerk: 0.0,
     };
+
+    fn position_after(&self, since: f64) -> f64 {
+        self.anchor_position
+            + since * (self.anchor_velocity + since * (0.5 * self.acceleration + since * (self.jerk / 6.0)))
+    }
+
+    fn velocity_after(&self, since: f64) -> f64 {
+        self.anchor_velocity + since * (self.acceleration + 0.5 * self.jerk * since)
+    }
 }
 
-const MAX_SEGMENTS: usize = 5;
+/// Strings segments of constant jerk together; acceleration and velocity go on from one to the next.
+pub(super) struct Strip {
+    origin: i64,
+    time: f64,
+    position: f64,
+    velocity: f64,
+    acceleration: f64,
+    lowest: f64,
+    highest: f64,
+    segments: [Segment; MAX_SEGMENTS],
+    used: usize,
+}
+
+impl Strip {
+    pub(super) fn new(start: PathState) -> Self {
+        Self {
+            origin: start.position,
+            time: 0.0,
+            position: start.fraction,
+            velocity: start.velocity,
+            acceleration: start.acceleration,
+            lowest: start.velocity,
+            highest: start.velocity,
+            segments: [Segment::STANDSTILL; MAX_SEGMENTS],
+            used: 0,
+        }
+    }
+
+    /// Goes on from where the strip has come to.
+    pub(super) fn push(&mut self, duration: f64, jerk: f64) {
+        let segment = Segment {
+            until: self.time + duration,
+            anchor_time: self.time,
+            anchor_position: self.position,
+            anchor_velocity: self.velocity,
+            acceleration: self.acceleration,
+            jerk,
+        };
+        self.take(duration, segment, 0.0);
+    }
+
+    /// Time since the start, ms.
+    pub(super) fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// What has come to rest but for rounding rests; returns its position.
+    pub(super) fn stand(&mut self) -> f64 {
+        (self.velocity, self.acceleration) = (0.0, 0.0);
+        self.position
+    }
+
+    /// Constant velocity, without acceleration.
+    pub(super) fn cruise(&mut self, duration: f64, velocity: f64) {
+        (self.velocity, self.acceleration) = (velocity, 0.0);
+        self.push(duration, 0.0);
+    }
+
+    /// Goes on so that it ends with this position, velocity and acceleration.
+    pub(super) fn push_ending_at(
+        &mut self,
+        duration: f64,
+        (position, velocity, acceleration): (f64, f64, f64),
+        jerk: f64,
+    ) {
+        let end = self.time + duration.max(0.0);
+        let segment = Segment {
+            until: end,
+            anchor_time: end,
+            anchor_position: position,
+            anchor_velocity: velocity,
+            acceleration,
+            jerk,
+        };
+        self.take(duration, segment, -duration);
+    }
+
+    /// Closes at a target that is passed or rested at with this velocity.
+    pub(super) fn finish_at_target(mut self, target: f64, velocity: f64) -> Plan {
+        (self.position, self.velocity, self.acceleration) = (target, velocity, 0.0);
+        let end = self.time;
+        self.finish(Some(end))
+    }
+
+    /// Closes with a velocity that is held from now on.
+    pub(super) fn finish_at_velocity(mut self, velocity: f64) -> Plan {
+        (self.velocity, self.acceleration) = (velocity, 0.0);
+        let end = self.time;
+        self.finish(Some(end))
+    }
+
+    /// Closes with what was reached; the target was crossed at `time`.
+    pub(super) fn finish_crossing(mut self, time: f64) -> Plan {
+        self.acceleration = 0.0;
+        self.finish(Some(time))
+    }
+
+    /// Closes at rest, short of any target.
+    pub(super) fn finish_nowhere(mut self) -> Plan {
+        (self.velocity, self.acceleration) = (0.0, 0.0);
+        self.finish(None)
+    }
+
+    fn take(&mut self, duration: f64, segment: Segment, begin: f64) {
+        if duration > 0.0 {
+            if let Some(place) = self.segments.get_mut(self.used) {
+                *place = segment;
+                self.used += 1;
+            }
+            // The velocity has its extremes at the borders and where the acceleration passes zero.
+            let end = begin + duration;
+            let turning = -segment.acceleration / segment.jerk;
+            let inside = if turning > begin && turning < end { turning } else { end };
+            for since in [begin, inside, end] {
+                self.lowest = self.lowest.min(segment.velocity_after(since));
+                self.highest = self.highest.max(segment.velocity_after(since));
+            }
+            self.time += duration;
+            self.position = segment.position_after(end);
+            self.velocity = segment.velocity_after(end);
+            self.acceleration = segment.acceleration + segment.jerk * end;
+        }
+    }
+
+    fn finish(mut self, end: Option<f64>) -> Plan {
+        let reversal = self.lowest < -VELOCITY_TOLERANCE && self.highest > VELOCITY_TOLERANCE;
+        self.push(f64::INFINITY, 0.0);
+        Plan {
+            origin: self.origin,
+            segments: self.segments,
+            used: self.used,
+            end,
+            reversal,
+        }
+    }
+}
+
+/// A stop, two ramps with a cruise between them, three phases each ramp, and the end.
+const MAX_SEGMENTS: usize = 11;
 
 /// Replanning from a rounded state must not turn a motion that just fits into one that turns round.
-const POSITION_TOLERANCE: f64 = 1e-6;
+pub(super) const POSITION_TOLERANCE: f64 = 1e-6;
 
 const LEAST_ACCELERATION: f64 = 1e-9;
+
+const LEAST_JERK: f64 = 1e-12;
+
+/// A velocity (inc/ms) below which a plan with limited jerk does not count as turned round.
+const VELOCITY_TOLERANCE: f64 = 1e-3;

@@ -14,6 +14,7 @@ mod jog;
 mod program_file;
 mod record;
 mod resolution;
+mod s_curve;
 mod sequencer;
 mod signals;
 mod start_gate;
@@ -22,7 +23,7 @@ mod variables;
 
 pub use film_feed::film_feed_program;
 pub use homing::{Direction, HomingReference, HomingRule};
-pub use interpolator::{Limits, Motion, PathState, Plan};
+pub use interpolator::{Limits, Motion, PathState, Plan, Profile};
 pub use jog::{JogDirection, JogParameters};
 pub use program_file::ProgramFile;
 pub use record::{

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::active_plan::ActivePlan;
 use super::homing::{Direction, HomingPhase, HomingRule, SLOW, reference_point};
-use super::interpolator::{Limits, Motion, PathState, Plan};
+use super::interpolator::{Limits, Motion, PathState, Plan, Profile};
 use super::jog::{JogDirection, JogParameters};
 use super::record::{
     InputLevel, Level, Mode, OutputLevel, Program, ProgramInput, Record, RecordNumber, ResidualPath, Successor, Target,
@@ -25,6 +25,8 @@ pub struct TraverseParameters {
     pub target_window_e4: i32,
     /// What becomes of fractions of an increment.
     pub rounding: Rounding,
+    /// Shape of the ramps, of records and of manual traversing.
+    pub profile: Profile,
     /// Manual traversing.
     pub jog: JogParameters,
     /// Software position limits, units ×10000 from the reference, negative and positive one; `None` for endless axes. They hold
@@ -40,6 +42,7 @@ impl Default for TraverseParameters {
         Self {
             target_window_e4: 1000,
             rounding: Rounding::default(),
+            profile: Profile::default(),
             jog: JogParameters::default(),
             position_limits: None,
             homing_way_e4: 100_000_000,
@@ -149,6 +152,7 @@ impl Traverse {
                 v_max: 0.0,
                 acc: 1.0,
                 dec: 1.0,
+                jerk: f64::INFINITY,
             },
             target: 0,
             residue: Residue::default(),
@@ -246,7 +250,7 @@ impl Traverse {
 
     /// The set-value with its fraction, and the acceleration: what an oscilloscope shows.
     pub fn motion(&self) -> Motion {
-        self.motion.map_or(
+        self.motion.as_ref().map_or(
             Motion {
                 position: self.rest,
                 ..Motion::default()
@@ -424,6 +428,7 @@ impl Traverse {
                 v_max: speed,
                 acc: rate,
                 dec: rate,
+                jerk: self.jerk(codes),
             };
             let state = self.motion().state();
             // Within position limits, manual traversing comes to rest at the limit ahead.
@@ -808,6 +813,7 @@ impl Traverse {
         let programmed = record_limits(record, codes);
         Limits {
             v_max: programmed.v_max * self.velocity_override.factor(),
+            jerk: self.jerk(codes),
             ..programmed
         }
     }
@@ -829,7 +835,10 @@ impl Traverse {
         if let Cycle::Running(run) | Cycle::Interrupted(run) = self.cycle
             && let Some(record) = self.program.record(run.record)
         {
-            return record_limits(record, codes);
+            return Limits {
+                jerk: self.jerk(codes),
+                ..record_limits(record, codes)
+            };
         }
         let percent_e4 = self.parameters.jog.acceleration_percent_e4.clamp(100, 100_0000);
         let rate = Resolution::from_codes(codes).acceleration_from_codes(percent_e4, codes);
@@ -837,6 +846,17 @@ impl Traverse {
             v_max: 0.0,
             acc: rate,
             dec: rate,
+            jerk: self.jerk(codes),
+        }
+    }
+
+    /// Greatest jerk of the profile in inc/ms³.
+    fn jerk(&self, codes: &CodeStore) -> f64 {
+        match self.parameters.profile {
+            Profile::Trapezoid => f64::INFINITY,
+            Profile::SCurve { jerk } => {
+                f64::from(jerk) * Resolution::from_codes(codes).increments_per_unit() / 1_000_000_000.0
+            }
         }
     }
 
@@ -884,6 +904,7 @@ impl Traverse {
         Setpoint {
             position: motion.position,
             velocity: motion.velocity,
+            acceleration: motion.acceleration,
             moving: self.motion.is_some(),
             reference_shift: tick.shift,
         }

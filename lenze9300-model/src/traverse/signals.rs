@@ -81,6 +81,8 @@ pub struct Setpoint {
     /// Speed feed-forward in inc/ms.
     #[doc(alias = "POS-NOUT")]
     pub velocity: f64,
+    /// Acceleration feed-forward in inc/ms².
+    pub acceleration: f64,
     /// Whether a motion is under way.
     pub moving: bool,
     /// By how much positions grew in this tick through a record "set reference": `new = old + reference_shift`.

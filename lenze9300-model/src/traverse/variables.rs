@@ -17,6 +17,7 @@ pub(super) fn length_e4(target: Target, codes: &CodeStore) -> [i32; 2] {
     }
 }
 
+/// Limits of a record; those of the jerk are no field of it.
 pub(super) fn record_limits(record: &Record, codes: &CodeStore) -> Limits {
     let resolution = Resolution::from_codes(codes);
     let rate = |rate| {
@@ -34,6 +35,7 @@ pub(super) fn record_limits(record: &Record, codes: &CodeStore) -> Limits {
         v_max: resolution.velocity_from_codes(percent_e4, codes),
         acc: rate(record.acceleration),
         dec: rate(record.deceleration),
+        jerk: f64::INFINITY,
     }
 }
 
