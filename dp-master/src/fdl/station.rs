@@ -1,55 +1,4 @@
-//! The active station: a member of the token ring.
-//!
-//! | state | event | action | next state |
-//! |---|---|---|---|
-//! | Offline | first call, or the pause after a duplicate address is over | forget the ring | ListenToken |
-//! | ListenToken | token | follow it; complete after two identical rotations | |
-//! | | FDL status request | answer *not ready*, or *ready* once complete | ActiveIdle if complete and asked by PS |
-//! | | SA = TS twice | [`RingEvent::DuplicateAddress`] | Offline |
-//! | | silence for Ttimeout | the ring is this station alone | ClaimToken |
-//! | PassiveIdle | FDL status request | answer *not ready* | |
-//! | ActiveIdle | token PS → TS, or the second from one other SA | Tth = Ttr − Trr | UseToken |
-//! | | other token | update the LAS | |
-//! | | passed over in two rotations | [`RingEvent::Left`] | ListenToken |
-//! | | SA = TS twice | [`RingEvent::DuplicateAddress`] | Offline |
-//! | | request to TS | answer FDL status; refuse SDA and SRD (RS) | |
-//! | | silence for Ttimeout | [`RingEvent::TokenLost`]; the LAS stays | UseToken (through ClaimToken) |
-//! | ClaimToken | — | two tokens to itself, then the GAP is asked (see `gap`) | PassToken |
-//! | UseToken, CheckAccessTime | Tth left, or one of high priority not yet sent | ask the user: request | AwaitDataResponse |
-//! | | | SDN | CheckAccessTime |
-//! | | time used up, or the user has nothing | | PassToken |
-//! | AwaitDataResponse | answer, or none after all repetitions | tell the user | CheckAccessTime |
-//! | PassToken | an address of the GAP is due | ask for its FDL status | AwaitStatusResponse |
-//! | | — | token to NS | CheckTokenPass, UseToken when alone |
-//! | AwaitStatusResponse | *ready* | it is the new NS | PassToken |
-//! | | another answer, or none | | PassToken |
-//! | CheckTokenPass | any character within Tsl | | ActiveIdle |
-//! | | silence for Tsl, first and second time | repeat the token | CheckTokenPass |
-//! | | third time | take NS out of the LAS | PassToken |
-//! | every state with the token | token or request of another master | [`RingEvent::SecondToken`] | ActiveIdle |
-//!
-//! States with the token are those of [`FdlState::holds_token`].
-//!
-//! # A station alone
-//!
-//! Nobody waits for its token. It passes the token to itself at the end of a user's cycle, and only when the hold time is
-//! used up or [`LONE_SHARE`] times the time of such a token has passed, so that a cycle is not lengthened by it; and in
-//! every pause of the user, well before others would take it for lost. A user that has nothing to send does not hold it at
-//! all. What it costs to look for newcomers is bounded in `gap`.
-//!
-//! # Interpretations
-//!
-//! - A station does not hear itself (see [`Station`](crate::station::Station)), so the checks of the own token frame by
-//!   simultaneous reception are left to the driver.
-//! - In a pause, a station alone adds TS bit times to the idle time after its token, or takes them off the longest
-//!   silence. Two stations that claimed the token in the same instant do not hear each other while both send; on a real
-//!   line their clocks drift apart, in virtual time they would go on for ever.
-//! - A station waits for its second own token to be passed over before it leaves, because a token frame has no frame check
-//!   sequence and two flipped bits may name another address.
-//! - GAP maintenance is put off when the hold time is used up, once; with the next token it goes first
-//!   (EN 50170-2 part 4, 4.1.1.2).
-//!
-//! Source: IEC 61158-4-3; EN 50170-2 part 4, 4.1.1; film-feed specification, section 2.
+//! The active station: a member of the token ring. Its parts are put together here.
 
 use super::gap::Gap;
 use super::las::Las;
@@ -68,7 +17,58 @@ use crate::wire::{Decoded, Decoder, FunctionCode, Telegram};
 /// A station alone spends at most one part in this many on tokens to itself while its user has something to send: 0.2 %.
 const LONE_SHARE: u64 = 512;
 
-/// An active station.
+/// An active station: listens, enters the ring of masters, uses the token for its [`TokenUser`] and passes it on.
+///
+/// | state | event | action | next state |
+/// |---|---|---|---|
+/// | Offline | first call, or the pause after a duplicate address is over | forget the ring | ListenToken |
+/// | ListenToken | token | follow it; complete after two identical rotations | |
+/// | | FDL status request | answer *not ready*, or *ready* once complete | ActiveIdle if complete and asked by PS |
+/// | | SA = TS twice | [`RingEvent::DuplicateAddress`] | Offline |
+/// | | silence for Ttimeout | the ring is this station alone | ClaimToken |
+/// | PassiveIdle | FDL status request | answer *not ready* | |
+/// | ActiveIdle | token PS → TS, or the second from one other SA | Tth = Ttr − Trr | UseToken |
+/// | | other token | update the LAS | |
+/// | | passed over in two rotations | [`RingEvent::Left`] | ListenToken |
+/// | | SA = TS twice | [`RingEvent::DuplicateAddress`] | Offline |
+/// | | request to TS | answer FDL status; refuse SDA and SRD (RS) | |
+/// | | silence for Ttimeout | [`RingEvent::TokenLost`]; the LAS stays | UseToken (through ClaimToken) |
+/// | ClaimToken | — | two tokens to itself, then the GAP is asked (at once for 100 ms at most, then with each token) | PassToken |
+/// | UseToken, CheckAccessTime | Tth left, or one of high priority not yet sent | ask the user: request | AwaitDataResponse |
+/// | | | SDN | CheckAccessTime |
+/// | | time used up, or the user has nothing | | PassToken |
+/// | AwaitDataResponse | answer, or none after all repetitions | tell the user | CheckAccessTime |
+/// | PassToken | an address of the GAP is due | ask for its FDL status | AwaitStatusResponse |
+/// | | — | token to NS | CheckTokenPass, UseToken when alone |
+/// | AwaitStatusResponse | *ready* | it is the new NS | PassToken |
+/// | | another answer, or none | | PassToken |
+/// | CheckTokenPass | any character within Tsl | | ActiveIdle |
+/// | | silence for Tsl, first and second time | repeat the token | CheckTokenPass |
+/// | | third time | take NS out of the LAS | PassToken |
+/// | every state with the token | token or request of another master | [`RingEvent::SecondToken`] | ActiveIdle |
+///
+/// States with the token are those of [`FdlState::holds_token`].
+///
+/// # A station alone
+///
+/// Nobody waits for its token. It passes the token to itself at the end of a user's cycle, and only when the hold time is
+/// used up or 512 times the time of such a token has passed, so that a cycle is not lengthened by it; and in
+/// every pause of the user, well before others would take it for lost. A user that has nothing to send does not hold it at
+/// all. What it costs to look for newcomers is bounded: see `fdl::gap`.
+///
+/// # Interpretations
+///
+/// - A station does not hear itself (see [`Station`](crate::station::Station)), so the checks of the own token frame by
+///   simultaneous reception are left to the driver.
+/// - In a pause, a station alone adds TS bit times to the idle time after its token, or takes them off the longest
+///   silence. Two stations that claimed the token in the same instant do not hear each other while both send; on a real
+///   line their clocks drift apart, in virtual time they would go on for ever.
+/// - A station waits for its second own token to be passed over before it leaves, because a token frame has no frame check
+///   sequence and two flipped bits may name another address.
+/// - GAP maintenance is put off when the hold time is used up, once; with the next token it goes first
+///   (EN 50170-2 part 4, 4.1.1.2).
+///
+/// Source: IEC 61158-4-3; EN 50170-2 part 4, 4.1.1; film-feed specification, section 2.
 #[derive(Debug, Clone)]
 pub struct ActiveStation {
     decoder: Decoder,
