@@ -60,6 +60,7 @@ mod acyclic;
 mod cfg;
 pub mod class2;
 mod control;
+mod cyclic;
 mod diag;
 mod diag_block;
 mod events;
