@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use super::cursor::{Cursor, Fault};
 use super::device::{Gsd, PhysicalInterface};
 use super::diagnostic::{Position, Remarks};
+use super::entry::{Entry, warn_long};
 use super::grammar::Kind;
+use super::keyword_family::{DelayFamily, DiagKeyword, PrmKeyword, PrmSet, delay_keyword};
 use super::module::{AlarmKinds, DataArea, Module, Slot};
 use super::prm::{Parameter, PrmText, PrmType, ValueSet};
-use super::reader::{DelayFamily, DiagKeyword, Entry, PrmKeyword, PrmSet, delay_keyword, warn_long};
 use super::unit_diag::{UnitDiag, UnitDiagArea};
 use crate::dp::MAX_EXT_DIAG;
 

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::diagnostic::Position;
 use super::prm::{PrmLayout, ValueSet};
 use super::unit_diag::{DiagText, UnitDiag};
+use crate::dp::v1::AlarmTypes;
 use crate::dp::{CfgError, IoLengths, io_lengths};
 
 /// A module, or for a slave that is not modular the whole device (`Module`).
@@ -99,6 +100,34 @@ pub struct AlarmKinds {
     pub update: bool,
     /// Alarms of the manufacturer.
     pub manufacturer_specific: bool,
+}
+
+impl AlarmKinds {
+    /// The bits of DPV1_Status_2 that enable them.
+    pub fn types(&self) -> AlarmTypes {
+        let bits = [
+            (self.diagnostic, AlarmTypes::DIAGNOSIS),
+            (self.process, AlarmTypes::PROCESS),
+            (self.pull_plug, AlarmTypes::PULL_PLUG),
+            (self.status, AlarmTypes::STATUS),
+            (self.update, AlarmTypes::UPDATE),
+            (self.manufacturer_specific, AlarmTypes::VENDOR),
+        ];
+        let set = bits.into_iter().filter(|&(is_set, _)| is_set);
+        set.fold(AlarmTypes::NONE, |sum, (_, bit)| sum.with(bit))
+    }
+
+    /// The kinds that these bits of DPV1_Status_2 enable.
+    pub fn of_types(types: AlarmTypes) -> Self {
+        Self {
+            diagnostic: types.contains_all(AlarmTypes::DIAGNOSIS),
+            process: types.contains_all(AlarmTypes::PROCESS),
+            pull_plug: types.contains_all(AlarmTypes::PULL_PLUG),
+            status: types.contains_all(AlarmTypes::STATUS),
+            update: types.contains_all(AlarmTypes::UPDATE),
+            manufacturer_specific: types.contains_all(AlarmTypes::VENDOR),
+        }
+    }
 }
 
 /// Process data of a module that other slaves may receive (`Data_Area_Beg`).

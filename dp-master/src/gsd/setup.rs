@@ -1,25 +1,18 @@
-//! A project for one slave: modules in slots and values of parameters, and the octets of Chk_Cfg and Set_Prm that follow from them.
+//! A project for one slave: which modules are in its slots, and what else is asked of it.
 //!
-//! ```text
-//! user parameters   station: constants, then parameters over them; DPV1_Status_1…3 are its first three octets
-//!                   then each module in the order of the slots: constants, then parameters over them
-//! identifiers       those of the modules in the order of the slots
-//! ```
+//! Values of parameters are in `setup_values`, the octets that follow from both in `setup_octets`.
 //!
-//! Source: guideline "Volume 1: GSD" (Ext_User_Prm_Data, Ext_Module_Prm_Data_Len, SlotDefinition); IEC 61158-6-3, coding of Set_Prm.
+//! Source: guideline "Volume 1: GSD" (SlotDefinition, Preset, Max_Module).
 
 use std::collections::BTreeMap;
 
 use super::check::alarm_pairs;
 use super::device::Gsd;
 use super::module::{AlarmKinds, Module, Slot};
-use super::prm::{Parameter, PrmLayout, PrmPlace};
-use super::setup_error::{Part, SetupError, listed};
-use crate::address::Address;
-use crate::dp::v1::{AlarmTypes, V1Status};
-use crate::dp::{
-    ClearOutputs, Configuration, Demand, IoLengths, MAX_USER_PRM, SlaveConfig, Watchdog, io_lengths, places,
-};
+use super::setup_error::{SetupError, listed};
+use super::setup_values::Values;
+use crate::dp::v1::V1Status;
+use crate::dp::{ClearOutputs, Demand, places};
 use crate::time::Duration;
 
 impl Gsd {
@@ -101,23 +94,21 @@ impl Gsd {
 /// Every choice is checked when it is made, and the whole when octets are asked for.
 #[derive(Debug, Clone)]
 pub struct Setup<'g> {
-    gsd: &'g Gsd,
-    slots: BTreeMap<u8, Plugged<'g>>,
-    station: Values,
-    v1: Option<V1Status>,
-    clear_outputs: ClearOutputs,
-    watchdog: Option<Duration>,
-    sync: Demand,
-    freeze: Demand,
+    pub(super) gsd: &'g Gsd,
+    pub(super) slots: BTreeMap<u8, Plugged<'g>>,
+    pub(super) station: Values,
+    pub(super) v1: Option<V1Status>,
+    pub(super) clear_outputs: ClearOutputs,
+    pub(super) watchdog: Option<Duration>,
+    pub(super) sync: Demand,
+    pub(super) freeze: Demand,
 }
 
-/// Values that were set, by the number of the place in its layout.
-type Values = BTreeMap<usize, i64>;
-
+/// A module in its slot.
 #[derive(Debug, Clone)]
-struct Plugged<'g> {
-    module: &'g Module,
-    values: Values,
+pub(super) struct Plugged<'g> {
+    pub(super) module: &'g Module,
+    pub(super) values: Values,
 }
 
 impl<'g> Plugged<'g> {
@@ -148,69 +139,6 @@ impl From<u16> for ModuleKey<'_> {
     fn from(reference: u16) -> Self {
         Self::Reference(reference)
     }
-}
-
-/// How a parameter is named: by its name, its reference, or its place when both are used several times.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ParameterKey<'a> {
-    /// Its name, without blanks around it.
-    Name(&'a str),
-    /// Its reference.
-    Reference(u16),
-    /// Octet where it stands in its part, and its reference.
-    Place(u8, u16),
-}
-
-impl<'a> From<&'a str> for ParameterKey<'a> {
-    fn from(name: &'a str) -> Self {
-        Self::Name(name)
-    }
-}
-
-impl From<u16> for ParameterKey<'_> {
-    fn from(reference: u16) -> Self {
-        Self::Reference(reference)
-    }
-}
-
-impl From<(u8, u16)> for ParameterKey<'_> {
-    fn from((offset, reference): (u8, u16)) -> Self {
-        Self::Place(offset, reference)
-    }
-}
-
-/// A value for a parameter: a number, or one of its texts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PrmValue<'a> {
-    /// A number.
-    Number(i64),
-    /// A text of its `PrmText`.
-    Text(&'a str),
-}
-
-impl From<i64> for PrmValue<'_> {
-    fn from(number: i64) -> Self {
-        Self::Number(number)
-    }
-}
-
-impl<'a> From<&'a str> for PrmValue<'a> {
-    fn from(text: &'a str) -> Self {
-        Self::Text(text)
-    }
-}
-
-/// A parameter of the station or a module with the value it has now.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Setting<'g> {
-    /// The parameter.
-    pub parameter: &'g Parameter,
-    /// Octet where it stands in its part.
-    pub offset: u8,
-    /// Its value.
-    pub value: i64,
-    /// The text of its value.
-    pub text: Option<&'g str>,
 }
 
 impl<'g> Setup<'g> {
@@ -300,63 +228,6 @@ impl<'g> Setup<'g> {
         Ok(())
     }
 
-    /// Sets a parameter of the station.
-    ///
-    /// # Errors
-    ///
-    /// [`SetupError`]: no such parameter, several with this name, or a value that is not allowed.
-    pub fn set<'k, 'v>(
-        &mut self,
-        parameter: impl Into<ParameterKey<'k>>,
-        value: impl Into<PrmValue<'v>>,
-    ) -> Result<(), SetupError> {
-        let (place, value) = self.chosen(Part::Station, &self.gsd.prm, parameter.into(), value.into())?;
-        self.station.insert(place, value);
-        Ok(())
-    }
-
-    /// Sets a parameter of the module in a slot.
-    ///
-    /// # Errors
-    ///
-    /// As [`set`](Self::set), and [`SetupError::Empty`] when no module is there.
-    pub fn set_in<'k, 'v>(
-        &mut self,
-        slot: u8,
-        parameter: impl Into<ParameterKey<'k>>,
-        value: impl Into<PrmValue<'v>>,
-    ) -> Result<(), SetupError> {
-        let module = self.module_in(slot)?;
-        let (place, value) = self.chosen(Part::Slot(slot), &module.prm, parameter.into(), value.into())?;
-        if let Some(plugged) = self.slots.get_mut(&slot) {
-            plugged.values.insert(place, value);
-        }
-        Ok(())
-    }
-
-    /// The parameters of the station or a module with their values, in the file's order.
-    ///
-    /// # Errors
-    ///
-    /// [`SetupError::Empty`] when no module is in the slot.
-    pub fn settings(&self, part: Part) -> Result<Vec<Setting<'g>>, SetupError> {
-        let (layout, values) = match part {
-            Part::Station => (&self.gsd.prm, &self.station),
-            Part::Slot(slot) => (&self.module_in(slot)?.prm, &self.plugged(slot)?.values),
-        };
-        let setting = |(number, place): (usize, &PrmPlace)| {
-            let parameter = self.gsd.parameters.get(&place.reference)?;
-            let value = value_of(part, parameter, values.get(&number));
-            Some(Setting {
-                parameter,
-                offset: place.offset,
-                value,
-                text: self.gsd.text_of(parameter, value),
-            })
-        };
-        Ok(layout.places.iter().enumerate().filter_map(setting).collect())
-    }
-
     /// Uses DP-V1 this way; without it the file's own octets hold, with what it says is required.
     ///
     /// # Errors
@@ -376,7 +247,7 @@ impl<'g> Setup<'g> {
                 });
             }
         }
-        for (name, asked, supported) in alarm_pairs(&kinds(status.alarms()), &dpv1.alarms_supp) {
+        for (name, asked, supported) in alarm_pairs(&AlarmKinds::of_types(status.alarms()), &dpv1.alarms_supp) {
             if asked && !supported {
                 return Err(SetupError::NotSupported {
                     keyword: format!("{name}_Alarm_supp"),
@@ -437,342 +308,12 @@ impl<'g> Setup<'g> {
         Ok(())
     }
 
-    /// The data unit of Chk_Cfg.
-    ///
-    /// # Errors
-    ///
-    /// [`SetupError`]: no modules, an empty slot before a used one, more modules or data than the slave takes.
-    pub fn identifiers(&self) -> Result<Vec<u8>, SetupError> {
-        let Some(&last) = self.slots.keys().next_back() else {
-            return Err(SetupError::NoModules);
-        };
-        let empty = match &self.gsd.slots[..] {
-            [] => (1..last).find(|slot| !self.slots.contains_key(slot)),
-            slots => {
-                let before = slots.iter().map(|slot| slot.number).filter(|&slot| slot < last);
-                before.filter(|slot| !self.slots.contains_key(slot)).min()
-            }
-        };
-        if let Some(slot) = empty {
-            return Err(SetupError::Empty { slot });
-        }
-        let slave = &self.gsd.slave;
-        if let Some(max) = slave.max_module
-            && slave.modular_station
-            && self.slots.len() > usize::from(max)
-        {
-            return Err(SetupError::TooMany {
-                what: "modules",
-                got: self.slots.len(),
-                max: max.into(),
-                keyword: "Max_Module",
-            });
-        }
-        let config: Vec<u8> = self
-            .slots
-            .values()
-            .flat_map(|plugged| plugged.module.config.iter().copied())
-            .collect();
-        let IoLengths { inputs, outputs } = io_lengths(&config)?;
-        let limits = [
-            (
-                "octets of inputs",
-                inputs,
-                slave.max_input_len.map(usize::from),
-                "Max_Input_Len",
-            ),
-            (
-                "octets of outputs",
-                outputs,
-                slave.max_output_len.map(usize::from),
-                "Max_Output_Len",
-            ),
-            (
-                "octets of data",
-                inputs + outputs,
-                slave.max_data_len.map(usize::from),
-                "Max_Data_Len",
-            ),
-        ];
-        for (what, got, max, keyword) in limits {
-            if let Some(max) = max
-                && slave.modular_station
-                && got > max
-            {
-                return Err(SetupError::TooMany {
-                    what,
-                    got,
-                    max,
-                    keyword,
-                });
-            }
-        }
-        Ok(config)
-    }
-
-    /// The user parameters of Set_Prm, which follow its seven fixed octets.
-    ///
-    /// # Errors
-    ///
-    /// [`SetupError`]: a description that contradicts itself, PROFIsafe modules, more octets than the slave takes.
-    pub fn user_prm(&self) -> Result<Vec<u8>, SetupError> {
-        let mut octets = self.station_prm()?;
-        for (&slot, plugged) in &self.slots {
-            let module = plugged.module;
-            if !module.failsafe_prm.is_empty() || module.f_param_desc_crc.is_some() {
-                return Err(SetupError::Failsafe {
-                    module: module.name.clone(),
-                });
-            }
-            let len = match module.prm.len {
-                Some(len) => len.into(),
-                None => self.end(&module.prm),
-            };
-            octets.extend(self.part(Part::Slot(slot), &module.prm, len, &plugged.values)?);
-        }
-        let (max, keyword) = match self.gsd.prm.len {
-            Some(max) => (usize::from(max).min(MAX_USER_PRM), "Max_User_Prm_Data_Len"),
-            None => (MAX_USER_PRM, "Set_Prm"),
-        };
-        if octets.len() > max {
-            return Err(SetupError::TooMany {
-                what: "octets of user parameters",
-                got: octets.len(),
-                max,
-                keyword,
-            });
-        }
-        Ok(octets)
-    }
-
-    /// What a master has to know about the slave at this address.
-    ///
-    /// # Errors
-    ///
-    /// As [`identifiers`](Self::identifiers) and [`user_prm`](Self::user_prm); [`SetupError::NoIdent`]; [`SetupError::Watchdog`].
-    pub fn slave_config(&self, address: Address) -> Result<SlaveConfig, SetupError> {
-        let ident = self.gsd.general.ident_number.ok_or(SetupError::NoIdent)?;
-        let user_prm = self.user_prm()?;
-        let in_milliseconds =
-            self.gsd.dpv1.dpv1_slave && V1Status::from_user_prm(&user_prm).is_some_and(V1Status::watchdog_1ms);
-        let mut slave = SlaveConfig::new(address, ident, &self.identifiers()?)?.with_user_prm(&user_prm)?;
-        slave.watchdog = match self.watchdog {
-            // The factors count milliseconds: ten times the time in their usual unit.
-            Some(time) if in_milliseconds => {
-                let scaled = Duration::from_nanos(time.as_nanos().saturating_mul(10));
-                Some(Watchdog::at_least(scaled).map_err(|_| SetupError::Watchdog { time })?)
-            }
-            Some(time) => Some(Watchdog::at_least(time).map_err(|_| SetupError::Watchdog { time })?),
-            None => None,
-        };
-        slave.sync = self.sync;
-        slave.freeze = self.freeze;
-        let interval = self.gsd.slave.min_slave_intervall.unwrap_or(0);
-        slave.min_slave_interval = Duration::from_micros(100 * u64::from(interval));
-        slave.clear_outputs = self.clear_outputs;
-        Ok(slave)
-    }
-
-    /// The configuration, checked: identifiers and their lengths.
-    ///
-    /// # Errors
-    ///
-    /// As [`identifiers`](Self::identifiers).
-    pub fn configuration(&self) -> Result<Configuration, SetupError> {
-        Ok(Configuration::new(&self.identifiers()?)?)
-    }
-
     /// Slot and module of an identifier, counted from 0 as in identifier-related diagnosis; a module may have several.
     pub fn module_at(&self, place: usize) -> Option<(u8, &'g Module)> {
         let counted = self
             .modules()
             .flat_map(|(slot, module)| places(&module.config).map(move |_| (slot, module)));
         counted.into_iter().nth(place)
-    }
-
-    fn station_prm(&self) -> Result<Vec<u8>, SetupError> {
-        let gsd = self.gsd;
-        if !gsd.failsafe_prm.is_empty() {
-            let module = gsd.general.model_name.clone().unwrap_or_default();
-            return Err(SetupError::Failsafe { module });
-        }
-        let mut octets = match &gsd.slave.user_prm_data {
-            Some(data) if gsd.prm.is_empty() => data.clone(),
-            _ => self.part(Part::Station, &gsd.prm, self.end(&gsd.prm), &self.station)?,
-        };
-        if gsd.dpv1.dpv1_slave {
-            self.write_v1(&mut octets);
-        }
-        Ok(octets)
-    }
-
-    /// DPV1_Status_1…3: bits of the file stay, what is asked for or required comes to them.
-    fn write_v1(&self, octets: &mut Vec<u8>) {
-        let mut status = self.v1.unwrap_or_default();
-        if self.v1.is_none() {
-            let modules = self
-                .slots
-                .values()
-                .map(|plugged| alarms(&plugged.module.alarms_required));
-            let required = modules.fold(alarms(&self.gsd.dpv1.alarms_required), AlarmTypes::with);
-            let [_, _, mode] = status.octets();
-            if required != AlarmTypes::NONE || self.gsd.dpv1.c1_read_write_required {
-                status = V1Status([V1Status::ENABLED.octets()[0], required.0, mode]);
-            }
-        }
-        let [mut first, second, third] = status.octets();
-        if self.clear_outputs == ClearOutputs::Empty {
-            first |= FAIL_SAFE;
-        }
-        let fits = self.gsd.prm.len.is_none_or(|max| usize::from(max) >= 3);
-        if octets.len() < 3 && ([first, second, third] != [0; 3] || !octets.is_empty()) && fits {
-            octets.resize(3, 0);
-        }
-        if let Some([octet_1, octet_2, octet_3]) = octets.first_chunk_mut() {
-            *octet_1 |= first;
-            *octet_2 |= second;
-            if self.v1.is_some() {
-                *octet_3 = *octet_3 & !ALARM_MODE | third;
-            }
-        }
-    }
-
-    /// Octets of the station's or a module's part.
-    fn part(&self, part: Part, layout: &PrmLayout, len: usize, values: &Values) -> Result<Vec<u8>, SetupError> {
-        let mut octets = vec![0; len];
-        let broken = |what: String| SetupError::Broken { part, what };
-        for constant in &layout.constants {
-            let start = usize::from(constant.offset);
-            let end = start + constant.octets.len();
-            match octets.get_mut(start..end) {
-                Some(target) => target.copy_from_slice(&constant.octets),
-                None => return Err(broken(format!("a constant ends at octet {end} of {len}"))),
-            }
-        }
-        for (number, place) in layout.places.iter().enumerate() {
-            let Some(parameter) = self.gsd.parameters.get(&place.reference) else {
-                return Err(broken(format!("there is no parameter {}", place.reference)));
-            };
-            let value = value_of(part, parameter, values.get(&number));
-            if !parameter.data_type.write(value, &mut octets, place.offset.into()) {
-                let Parameter { name, data_type, .. } = parameter;
-                return Err(broken(format!(
-                    "parameter `{name}` ({data_type}) at octet {} of {len} cannot hold {value}",
-                    place.offset
-                )));
-            }
-        }
-        Ok(octets)
-    }
-
-    /// Octets up to the end of the last constant or parameter.
-    fn end(&self, layout: &PrmLayout) -> usize {
-        let constants = layout
-            .constants
-            .iter()
-            .map(|constant| usize::from(constant.offset) + constant.octets.len());
-        let places = layout.places.iter().filter_map(|place| {
-            let parameter = self.gsd.parameters.get(&place.reference)?;
-            Some(usize::from(place.offset) + parameter.data_type.octets())
-        });
-        constants.chain(places).max().unwrap_or(0)
-    }
-
-    /// Place and number of a value that someone chose.
-    fn chosen(
-        &self,
-        part: Part,
-        layout: &PrmLayout,
-        key: ParameterKey<'_>,
-        value: PrmValue<'_>,
-    ) -> Result<(usize, i64), SetupError> {
-        let (number, parameter) = self.find_parameter(part, layout, key)?;
-        let name = || parameter.name.clone();
-        let value = match value {
-            PrmValue::Number(value) => value,
-            PrmValue::Text(text) => {
-                let texts = parameter.text.and_then(|text| self.gsd.prm_texts.get(&text));
-                let all = texts.into_iter().flat_map(|texts| &texts.texts);
-                let all = all.filter(|&(&value, _)| parameter.allows(value));
-                match all.clone().find(|(_, known)| known.trim() == text.trim()) {
-                    Some((&value, _)) => value,
-                    None => {
-                        return Err(SetupError::NoSuchText {
-                            part,
-                            name: name(),
-                            text: text.to_owned(),
-                            allowed: listed(all.map(|(_, text)| format!("`{text}`"))),
-                        });
-                    }
-                }
-            }
-        };
-        if !parameter.allows(value) {
-            let range = parameter.data_type.range();
-            let allowed = match parameter.values.is_any() {
-                true => format!("{} to {}", range.start(), range.end()),
-                false => parameter.values.to_string(),
-            };
-            return Err(SetupError::ValueNotAllowed {
-                part,
-                name: name(),
-                value,
-                allowed,
-            });
-        }
-        if !parameter.changeable && value != parameter.default {
-            return Err(SetupError::NotChangeable { part, name: name() });
-        }
-        Ok((number, value))
-    }
-
-    fn find_parameter(
-        &self,
-        part: Part,
-        layout: &PrmLayout,
-        key: ParameterKey<'_>,
-    ) -> Result<(usize, &'g Parameter), SetupError> {
-        let matches = |place: &PrmPlace, parameter: &Parameter| match key {
-            ParameterKey::Name(name) => parameter.name.trim() == name.trim(),
-            ParameterKey::Reference(reference) => place.reference == reference,
-            ParameterKey::Place(offset, reference) => place.reference == reference && place.offset == offset,
-        };
-        let found: Vec<(usize, &PrmPlace, &'g Parameter)> = layout
-            .places
-            .iter()
-            .enumerate()
-            .filter_map(|(number, place)| {
-                let parameter = self.gsd.parameters.get(&place.reference)?;
-                matches(place, parameter).then_some((number, place, parameter))
-            })
-            .collect();
-        let key = match key {
-            ParameterKey::Name(name) => format!("`{}`", name.trim()),
-            ParameterKey::Reference(reference) => reference.to_string(),
-            ParameterKey::Place(offset, reference) => format!("{reference} at octet {offset}"),
-        };
-        match found[..] {
-            [(number, _, parameter)] => Ok((number, parameter)),
-            [] => {
-                let settable = layout
-                    .places
-                    .iter()
-                    .filter_map(|place| self.gsd.parameters.get(&place.reference));
-                let settable = settable.filter(|parameter| parameter.values.only().is_none());
-                let known = listed(settable.map(|parameter| format!("`{}`", parameter.name)));
-                Err(SetupError::NoSuchParameter { part, key, known })
-            }
-            _ => {
-                let places = found
-                    .iter()
-                    .map(|(_, place, _)| format!("{} at octet {}", place.reference, place.offset));
-                Err(SetupError::Ambiguous {
-                    part,
-                    key,
-                    places: listed(places),
-                })
-            }
-        }
     }
 
     fn find_module(&self, key: ModuleKey<'_>) -> Result<&'g Module, SetupError> {
@@ -789,11 +330,11 @@ impl<'g> Setup<'g> {
         })
     }
 
-    fn plugged(&self, slot: u8) -> Result<&Plugged<'g>, SetupError> {
+    pub(super) fn plugged(&self, slot: u8) -> Result<&Plugged<'g>, SetupError> {
         self.slots.get(&slot).ok_or(SetupError::Empty { slot })
     }
 
-    fn module_in(&self, slot: u8) -> Result<&'g Module, SetupError> {
+    pub(super) fn module_in(&self, slot: u8) -> Result<&'g Module, SetupError> {
         self.plugged(slot).map(|plugged| plugged.module)
     }
 
@@ -817,14 +358,6 @@ impl<'g> Setup<'g> {
     }
 }
 
-fn value_of(part: Part, parameter: &Parameter, set: Option<&i64>) -> i64 {
-    match (set, part) {
-        (Some(&value), _) => value,
-        (None, Part::Slot(slot)) if parameter.is_slot_number() => slot.into(),
-        (None, _) => parameter.default,
-    }
-}
-
 fn by_reference(gsd: &Gsd, reference: u16) -> Option<&Module> {
     gsd.modules.iter().find(|module| module.reference == Some(reference))
 }
@@ -834,33 +367,3 @@ fn not_supported(keyword: &str) -> SetupError {
         keyword: keyword.to_owned(),
     }
 }
-
-/// Bits of DPV1_Status_2 with their kinds.
-fn alarms(kinds: &AlarmKinds) -> AlarmTypes {
-    let bits = [
-        (kinds.diagnostic, AlarmTypes::DIAGNOSIS),
-        (kinds.process, AlarmTypes::PROCESS),
-        (kinds.pull_plug, AlarmTypes::PULL_PLUG),
-        (kinds.status, AlarmTypes::STATUS),
-        (kinds.update, AlarmTypes::UPDATE),
-        (kinds.manufacturer_specific, AlarmTypes::VENDOR),
-    ];
-    let set = bits.into_iter().filter_map(|(is_set, bit)| is_set.then_some(bit));
-    set.fold(AlarmTypes::NONE, AlarmTypes::with)
-}
-
-fn kinds(alarms: AlarmTypes) -> AlarmKinds {
-    AlarmKinds {
-        diagnostic: alarms.contains_all(AlarmTypes::DIAGNOSIS),
-        process: alarms.contains_all(AlarmTypes::PROCESS),
-        pull_plug: alarms.contains_all(AlarmTypes::PULL_PLUG),
-        status: alarms.contains_all(AlarmTypes::STATUS),
-        update: alarms.contains_all(AlarmTypes::UPDATE),
-        manufacturer_specific: alarms.contains_all(AlarmTypes::VENDOR),
-    }
-}
-
-/// Fail_Safe in DPV1_Status_1.
-const FAIL_SAFE: u8 = 0x40;
-/// Alarm_Mode in DPV1_Status_3.
-const ALARM_MODE: u8 = 0x07;
