@@ -399,3 +399,48 @@ fn a_message_of_more_than_half_a_second_loses_the_reference() {
     steps(&mut drive, 10);
     assert!(!drive.traverse_status().referenced);
 }
+
+// ---- heat
+
+/// A motor that holds more than it may: 1.05 Nm at C0022 = 1.35 A against I_0 = 0.90 A.
+fn overloaded() -> Drive {
+    let mut drive = ready();
+    drive.set_load_torque(1.0);
+    drive
+}
+
+#[test]
+fn a_motor_that_holds_too_much_warns_and_then_trips() {
+    // C0086 = 108 sets OH7 to warn and OH3 to trip (9300 facts 4.4). Current (1.0 ± 0.05) Nm / 0.778 Nm/A, and the losses grow with its
+    // square: the winding would end at 25 + 100·(1.22…1.35/0.9)² = 209…250 °C.
+    let mut drive = overloaded();
+    drive.write_code(C0121, 0, 120_0000).unwrap();
+    let mut warned_at = None;
+    let tripped_at = (0..2000).find(|_| {
+        steps(&mut drive, 1000);
+        if warned_at.is_none() && drive.status().warning {
+            warned_at = Some(number(&mut drive, C0063, 0));
+        }
+        drive.status().trip.is_some()
+    });
+    assert_eq!(drive.status().trip, Some(Fault::Oh3));
+    assert!(tripped_at.is_some());
+    assert_eq!(warned_at, Some(120));
+    // The TRIP came within the last second, in which the winding has begun to cool.
+    assert!((149..=150).contains(&number(&mut drive, C0063, 0)));
+    // It must cool before the TRIP can be reset.
+    drive.write_code(C0043, 0, 0).unwrap();
+    steps(&mut drive, 10);
+    assert_eq!(drive.status().trip, Some(Fault::Oh3));
+}
+
+#[test]
+fn the_film_feed_leaves_motor_and_drive_cool() {
+    // 9300 facts 4.10: with C0022 = 1.35 A the drive never leaves its continuous range, OC5 cannot occur.
+    let mut drive = overloaded();
+    steps(&mut drive, 200_000);
+    let load = number(&mut drive, C0064, 0);
+    // 1.22…1.35 A of 1.05 · 2.5 A.
+    assert!((46..=52).contains(&load), "{load} %");
+    assert!((25..50).contains(&number(&mut drive, C0061, 0)));
+}

@@ -366,9 +366,9 @@ code_table! {
     C0058 58/0 0, Display Never fixed(-180.0, 179.9, 0.1), [0], "°" Display Kept "rotor offset";
     C0059 59/0 0, Display Never fixed(1.0, 200.0, 1.0), [1], "" Display Acts "pole pairs of the motor, from C0087 and C0089";
     C0060 60/0 0, Display Never fixed(0.0, 2047.0, 1.0), [0], "" Display Acts "rotor position, 2048 per revolution";
-    C0061 61/0 0, Display Never fixed(-100.0, 200.0, 0.0001), [0], "°C" Display Kept "heat-sink temperature, lower limit (A)";
-    C0063 63/0 0, Display Never fixed(-100.0, 200.0, 0.0001), [0], "°C" Display Kept "motor temperature, lower limit (A)";
-    C0064 64/0 0, Display Never fixed(0.0, 150.0, 0.01), [0], "%" Display Kept "I×t load of the last 180 s";
+    C0061 61/0 0, Display Never fixed(-100.0, 200.0, 0.0001), [0], "°C" Display Acts "heat-sink temperature, lower limit (A)";
+    C0063 63/0 0, Display Never fixed(-100.0, 200.0, 0.0001), [0], "°C" Display Acts "motor temperature, lower limit (A)";
+    C0064 64/0 0, Display Never fixed(0.0, 150.0, 0.01), [0], "%" Display Acts "I×t load of the last 180 s";
     C0067 67/0 0, Display Never fixed(0.0, 65_535.0, 1.0), [0], "" Display Acts "present fault, LECOM number";
     C0070 70/0 0, Stored Always fixed(0.0, 255.0, 0.5), [3], "" Controllers Acts "speed controller gain, factory value (A)";
     C0071 71/0 0, Stored Always fixed(1.0, 600.0, 0.5), [24], "ms" Controllers Acts "speed controller integral time, above 512 off, factory value (A)";
@@ -386,8 +386,8 @@ code_table! {
     C0091 91/0 0, Stored OnlyInhibited fixed(0.5, 1.0, 0.01), [1], "" Motor Kept "motor cos phi";
     C0095 95/0 0, Stored OnlyInhibited choice(&[0, 1_0000]), [0], "" Motor Kept "1 = start the adjustment of the rotor position";
     C0105 105/0 0, Stored Always fixed(0.0, 999.9, 0.001), [0], "s" Controllers Acts "quick-stop ramp, 0 to C0011";
-    C0121 121/0 0, Stored Always fixed(45.0, 150.0, 1.0), [150], "°C" Monitoring Kept "OH7: motor temperature of the warning";
-    C0122 122/0 0, Stored Always fixed(45.0, 85.0, 1.0), [85], "°C" Monitoring Kept "OH4: heat-sink temperature of the warning";
+    C0121 121/0 0, Stored Always fixed(45.0, 150.0, 1.0), [150], "°C" Monitoring Acts "OH7: motor temperature of the warning";
+    C0122 122/0 0, Stored Always fixed(45.0, 85.0, 1.0), [85], "°C" Monitoring Acts "OH4: heat-sink temperature of the warning";
     C0126 126/0 0, Stored Always choice(&[TRIP, WARNING, OFF]), [3], "" Monitoring Kept "reaction CE0 of the plug connection: 0 TRIP, 2 warning, 3 off";
     C0135 135/0 0, Action Always plain(0, 65_535, DataLength::Two), [0], "" Configuration Acts "control word, bit for bit, laid out as that of the bus module";
     C0142 142/0 0, Stored Always choice(&[0, 1_0000]), [1], "" Configuration Acts "0 = restart lock, 1 = automatic start";

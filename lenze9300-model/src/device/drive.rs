@@ -5,14 +5,15 @@ use super::memory::FaultMemory;
 use super::monitor::{FaultSet, Monitor, Restart};
 use super::nonvolatile::{NonVolatile, SetNumber};
 use super::parameter_sets::Transfer;
+use super::utilisation::Utilisation;
 use crate::code::table::number::{
-    C0002, C0003, C0011, C0040, C0042, C0043, C0050, C0051, C0052, C0053, C0054, C0056, C0057, C0059, C0060, C0067,
-    C0087, C0089, C0105, C0135, C0142, C0150, C0161, C0167, C0168, C0169, C0170, C0173, C0178, C0179, C0183, C0255,
-    C0596, C0858, C0859, C1218,
+    C0002, C0003, C0011, C0040, C0042, C0043, C0050, C0051, C0052, C0053, C0054, C0056, C0057, C0059, C0060, C0061,
+    C0063, C0064, C0067, C0087, C0089, C0105, C0121, C0122, C0135, C0142, C0150, C0161, C0167, C0168, C0169, C0170,
+    C0173, C0178, C0179, C0183, C0255, C0596, C0858, C0859, C1218,
 };
 use crate::code::{CodeError, CodeStore, Inhibit, WriteEffect};
 use crate::control::PositionController;
-use crate::plant::{LinkState, LinkThresholds, Mains, ShaftSegment};
+use crate::plant::{LinkState, LinkThresholds, Mains, ShaftSegment, Thermal, ThermalParams};
 use crate::traverse::{
     ActiveEdge, LatchMode, Override, Program, RecordFault, Resolution, Setpoint, TouchProbe, Traverse, TraverseEvent,
     TraverseInputs, TraverseParameters, TraverseStatus, film_feed_program,
@@ -32,6 +33,8 @@ pub struct DriveConfig {
     pub program: Program,
     /// Target window, rounding and jog of the positioning control.
     pub traverse: TraverseParameters,
+    /// How motor and heat sink warm up.
+    pub thermal: ThermalParams,
     /// How E1 latches the position.
     pub touch_input: LatchMode,
     /// Inertia by which the set-value's acceleration is fed forward as torque, kg m² at the motor; 0 switches it off, as in the drive of the
@@ -65,6 +68,7 @@ impl Default for DriveConfig {
                 target_window_e4: TARGET_WINDOW_E4,
                 ..TraverseParameters::default()
             },
+            thermal: ThermalParams::default(),
             touch_input: LatchMode::Fast,
             feed_forward_inertia_kg_m2: 0.0,
             self_test_ms: 100,
@@ -143,6 +147,8 @@ pub struct DriveStatus {
 #[derive(Debug, Clone)]
 pub struct Drive {
     axis: Axis,
+    thermal: Thermal,
+    utilisation: Utilisation,
     codes: CodeStore,
     traverse: Traverse,
     touch: TouchProbe,
@@ -204,6 +210,10 @@ struct Limits {
     following_error: [i64; 2],
     /// C0596, rad/s.
     plant_speed: f64,
+    /// C0122, °C.
+    heat_sink_c: f64,
+    /// C0121, °C.
+    motor_c: f64,
 }
 
 impl Drive {
@@ -217,6 +227,8 @@ impl Drive {
     pub fn power_up(config: DriveConfig, memory: NonVolatile) -> Self {
         let mut drive = Drive {
             axis: Axis::new(&config.axis),
+            thermal: Thermal::new(&config.thermal, &config.axis.motor, 0.001),
+            utilisation: Utilisation::new(config.thermal.drive_i_n_a),
             codes: memory.set(SetNumber::FIRST).clone(),
             traverse: Traverse::with_parameters(config.program, config.traverse),
             touch: TouchProbe::new(config.touch_input, ActiveEdge::Rising),
@@ -303,6 +315,9 @@ impl Drive {
             0
         };
 
+        let current_a = sample.current_rms();
+        self.thermal.advance(current_a);
+        self.utilisation.pass_1ms(current_a);
         self.monitor(sample.omega_meas);
         self.enabled = self.initialised() && !self.inhibited() && !self.quick_stop();
 
@@ -384,6 +399,11 @@ impl Drive {
             .with(Fault::P03, following_error > self.limits.p03)
             .with(Fault::P14, following_error > first)
             .with(Fault::P15, following_error > second)
+            .with(Fault::Oc5, self.utilisation.exceeded())
+            .with(Fault::Oh, self.thermal.heat_sink_c() > HEAT_SINK_MAX_C)
+            .with(Fault::Oh4, self.thermal.heat_sink_c() > self.limits.heat_sink_c)
+            .with(Fault::Oh3, self.thermal.motor_c() > MOTOR_MAX_C)
+            .with(Fault::Oh7, self.thermal.motor_c() > self.limits.motor_c)
             .with(Fault::P04, self.record_fault == Some(RecordFault::BelowLimit))
             .with(Fault::P05, self.record_fault == Some(RecordFault::AboveLimit))
             .with(Fault::P06, self.record_fault == Some(RecordFault::NoReference));
@@ -755,6 +775,9 @@ impl Drive {
             (C0057, torque_max_nm),
             (C0059, pole_pairs.round()),
             (C0060, (sample.position.rem_euclid(65_536) / 32) as f64),
+            (C0061, self.thermal.heat_sink_c()),
+            (C0063, self.thermal.motor_c()),
+            (C0064, self.utilisation.percent()),
             (C0067, f64::from(self.monitor.lecom_number())),
             (C0161, f64::from(self.monitor.lecom_number())),
             (C0183, f64::from(self.diagnosis())),
@@ -800,6 +823,8 @@ impl Drive {
             following_error: [1, 2]
                 .map(|which| Resolution::from_codes(codes).whole_increments(codes.raw(C1218, which))),
             plant_speed: Rpm(codes.number(C0596, 0)).to_rad_s(),
+            heat_sink_c: codes.number(C0122, 0),
+            motor_c: codes.number(C0121, 0),
         };
         // The table offers exactly the rows that there are.
         if let Some(thresholds) = LinkThresholds::from_c0173(codes.number(C0173, 0) as u8) {
@@ -810,6 +835,10 @@ impl Drive {
 
 /// 16384 = 100 % of C0011 (design rule; fact sheet, section 4.6).
 const FULL_SPEED: f64 = 16_384.0;
+/// OH: fixed by the device. Assumed, above the greatest C0122.
+const HEAT_SINK_MAX_C: f64 = 90.0;
+/// OH3: fixed by the device (9300 facts 4.9).
+const MOTOR_MAX_C: f64 = 150.0;
 /// Speed below which the axis counts as standing, share of C0011. Assumed (C0019 is 0 as delivered).
 const STANDSTILL_SHARE: f64 = 0.001;
 

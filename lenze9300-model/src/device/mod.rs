@@ -8,6 +8,7 @@ mod nonvolatile;
 mod parameter_sets;
 mod reference;
 mod state_file;
+mod utilisation;
 
 pub use drive::{Drive, DriveConfig, DriveStatus, PositioningSignals, Terminals};
 pub use fault::{Detection, Fault, Reaction};

@@ -13,6 +13,7 @@ mod mechanics;
 mod pmsm;
 mod shaft;
 mod solver;
+mod thermal;
 
 pub use dc_link::{BrakeModule, DcLink, DcLinkParams, LinkState, LinkThresholds, Mains};
 pub use dq::Dq;
@@ -23,6 +24,7 @@ pub use mechanics::{Contact, MechanicsParams};
 pub use pmsm::{MotorState, PmsmParams};
 pub use shaft::{ShaftAngle, ShaftSegment};
 pub use solver::{MAX_STEP_TIMES_RADIUS, rk4_step, substeps};
+pub use thermal::{Thermal, ThermalParams};
 
 pub(crate) use drive_train::without_denormals;
 pub(crate) use feedback::TrackingGains;
