@@ -1,4 +1,5 @@
-//! Acyclic jobs on the virtual line: their telegrams, their place in the cycle, the frame count bit, polling, and how they fail.
+//! Acyclic jobs on the virtual line: their telegrams, their place in the cycle, the frame count bit, polling, and how
+//! they fail.
 #![allow(
     clippy::unwrap_used,
     reason = "clippy allows it in test functions only, not in their helpers"
@@ -460,8 +461,9 @@ fn happening() -> impl Strategy<Value = Happening> {
 }
 
 proptest! {
-    /// Cyclic and acyclic requests to one slave, telegrams lost at any moment, and a slave that looks at the frame count bit alone: no answer is ever
-    /// taken for that of another request, and every place in the queue comes free again.
+    /// Cyclic and acyclic requests to one slave, telegrams lost at any moment, and a slave that looks at the frame
+    /// count bit alone: no answer is ever taken for that of another request, and every place in the queue comes free
+    /// again.
     #[test]
     fn no_answer_is_taken_for_another_however_telegrams_are_lost(
         happenings in prop::collection::vec(happening(), 1..60),

@@ -1,4 +1,5 @@
-//! What a master does with each answer to Data_Exchange, and with slaves that accept everything and then do not exchange.
+//! What a master does with each answer to Data_Exchange, and with slaves that accept everything and then do not
+//! exchange.
 //!
 //! Source: IEC 61158-6-3, slave handler in the state DATA; IEC 61158-4-3, response codes.
 #![allow(
@@ -147,7 +148,8 @@ fn an_answer_without_data_or_of_another_length_is_invalid() {
 
 #[test]
 fn silence_ends_the_exchange_after_the_retry_limit() {
-    // Silent for one request and its repetition (retry limit 1 at 1.5 Mbit/s); the repetition reaches the puppet as a request of its own.
+    // Silent for one request and its repetition (retry limit 1 at 1.5 Mbit/s); the repetition reaches the puppet as a
+    // request of its own.
     let mut line = line(|count, _| {
         if (5..7).contains(&count) {
             Says::Nothing

@@ -1,6 +1,7 @@
 //! A master of class 2 beside the master of class 1: it reads what it wants and disturbs nobody.
 //!
-//! Mostly both are one station, or the slave belongs to somebody else; at the end the tool is a station of its own in the ring.
+//! Mostly both are one station, or the slave belongs to somebody else; at the end the tool is a station of its own in
+//! the ring.
 #![allow(
     clippy::unwrap_used,
     reason = "clippy allows it in test functions only, not in their helpers"

@@ -1,5 +1,5 @@
-//! Extended diagnosis, block by block. Expected octets and meanings: IEC 61158-6-3, coding of Ext_Diag_Data; the table of channel errors also in
-//! the Omron CS1W-PRM21 manual, appendix.
+//! Extended diagnosis, block by block. Expected octets and meanings: IEC 61158-6-3, coding of Ext_Diag_Data; the table
+//! of channel errors also in the Omron CS1W-PRM21 manual, appendix.
 #![allow(
     clippy::unwrap_used,
     reason = "clippy allows it in test functions only, not in their helpers"
@@ -276,7 +276,8 @@ fn a_slave_sends_no_block_that_nobody_can_read() {
 
 #[test]
 fn a_master_survives_a_peer_with_a_block_of_length_zero() {
-    // The slave itself refuses to send one, so its telegram is replaced on the line: header 03 of the fault code becomes 00.
+    // The slave itself refuses to send one, so its telegram is replaced on the line: header 03 of the fault code
+    // becomes 00.
     let mut line = Line::new(BAUD, &[SlaveConfig::new(SLAVE, 0x00DA, &[0xF3]).unwrap()]);
     line.add_slave(slave_identity(BAUD));
     line.master.set_mode(Mode::Operate);

@@ -75,8 +75,8 @@ fn every_service_is_served_with_low_and_with_high_priority() {
 
 #[test]
 fn eight_octets_with_their_access_points_may_come_as_sd3() {
-    // Six identifiers and two access points are eight octets: Chk_Cfg as SD3. A2, then DA 83, SA 82, FC 7D, 3E 3E, six times 10.
-    // FCS: 83 + 82 + 7D + 3E + 3E + 60 = 25E.
+    // Six identifiers and two access points are eight octets: Chk_Cfg as SD3. A2, then DA 83, SA 82, FC 7D, 3E 3E, six
+    // times 10. FCS: 83 + 82 + 7D + 3E + 3E + 60 = 25E.
     let mut bench = Bench::with_identity(SlaveIdentity::new(
         SLAVE,
         0x00DA,
@@ -109,8 +109,8 @@ fn outputs_of_eight_octets_may_come_as_sd3_and_as_sd2() {
 
 #[test]
 fn a_master_that_goes_on_with_a_stale_frame_count_bit_is_understood() {
-    // After a lost reply it does not repeat: the same bit comes with other octets. A slave that looks at the bit alone sends
-    // the old reply for ever.
+    // After a lost reply it does not repeat: the same bit comes with other octets. A slave that looks at the bit alone
+    // sends the old reply for ever.
     let mut bench = Bench::new();
     bench.ask(2, Some(sap::SLAVE_DIAG), Fcb::First, &[]);
     assert_eq!(bench.ask(2, Some(sap::SET_PRM), Fcb::Low, &PRM), [0xE5]);

@@ -10,7 +10,8 @@ use common::bench::BAUD;
 use common::{Line, MASTER, SLAVE, slave_identity};
 use dp_master::address::Address;
 use dp_master::dp::class2::{LiveList, LiveListEvent, Scan};
-use dp_master::dp::{Mode, SlaveConfig, SlaveIdentity, SlaveState};
+use dp_master::dp::{DpMaster, MasterConfig, Mode, SlaveConfig, SlaveIdentity, SlaveState};
+use dp_master::fdl::BusParams;
 use dp_master::phy::Script;
 use dp_master::time::Duration;
 use dp_master::wire::StationType;
@@ -165,13 +166,48 @@ fn the_list_lengthens_a_cycle_by_one_telegram_and_disturbs_no_exchange() {
     scan(&mut line, &mut list, 1);
     // 126 questions, at most one a cycle.
     assert!(line.master.exchanges(index) - from >= 125);
-    // Six characters, Tsl and Tid1 at 1.5 Mbit/s: 66 + 300 + 37 tBIT, the last only after an answer. Every now and then a token to
-    // itself, 33 + 37 tBIT.
+    // Six characters, Tsl and Tid1 at 1.5 Mbit/s: 66 + 300 + 37 tBIT, the last only after an answer. Every now and then
+    // a token to itself, 33 + 37 tBIT.
     let longest = line.master.statistics().longest_cycle - quiet;
     assert!(
         longest <= Duration::from_nanos((66 + 300 + 37 + 33 + 37) * 1_000 * 2 / 3 + 4),
         "{longest:?}"
     );
     assert_eq!(line.master.state(index), SlaveState::DataExchange);
+    line.assert_no_violations();
+}
+
+#[test]
+fn a_master_in_the_ring_is_told_from_a_slave() {
+    let mut params = BusParams::standard(BAUD);
+    // A short GAP: the newcomer is asked again soon after it has heard two rotations.
+    params.hsa = address(10);
+    let mut line = Line::with_config(MasterConfig::new(MASTER, params), &[]);
+    line.add_slave(at(3));
+    let mut other = DpMaster::<0>::new(MasterConfig::new(address(5), params)).unwrap();
+    let port = line.bus.attach();
+    let end = line.now + Duration::from_millis(2_000);
+    while !(line.master.is_in_ring() && other.is_in_ring()) {
+        assert!(line.now < end, "no ring of two");
+        line.step_with(&mut [(port, &mut other)]);
+    }
+    let mut list = LiveList::new(MASTER, address(10), Scan::Once);
+    while !list.is_finished() {
+        assert!(line.now < end, "the round was not finished");
+        list.poll(line.master.jobs());
+        line.step_with(&mut [(port, &mut other)]);
+    }
+    let stations: Vec<_> = list
+        .stations()
+        .map(|(address, station)| (address.value(), station))
+        .collect();
+    assert_eq!(
+        stations,
+        [
+            (2, StationType::MasterInRing),
+            (3, StationType::Slave),
+            (5, StationType::MasterInRing),
+        ]
+    );
     line.assert_no_violations();
 }

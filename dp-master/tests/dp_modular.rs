@@ -16,7 +16,8 @@ use dp_master::dp::{
 use dp_master::time::Duration;
 use dp_master::wire::Fcb;
 
-/// Four octets of inputs; two words of outputs; an analogue module in the special format (4 words in, one octet of the manufacturer); nothing.
+/// Four octets of inputs; two words of outputs; an analogue module in the special format (4 words in, one octet of the
+/// manufacturer); nothing.
 const IO: &[&[u8]] = &[&[0x13], &[0x61], &[0x41, 0x43, 0x07], EMPTY_SLOT];
 static STATION: [Slot; 4] = [Slot::new(&[&[0x31]]), Slot::new(IO), Slot::new(IO), Slot::new(IO)];
 

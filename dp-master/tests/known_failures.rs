@@ -1,6 +1,7 @@
 //! Failures that other stacks are known for, each with the test that ours does not have it.
 //!
-//! Others have their place elsewhere: a diagnosis block of length 0 in `dp_diag_blocks.rs`, endless start-up in `dp_answers.rs` and below.
+//! Others have their place elsewhere: a diagnosis block of length 0 in `dp_diag_blocks.rs`, endless start-up in
+//! `dp_answers.rs` and below.
 #![allow(
     clippy::unwrap_used,
     reason = "clippy allows it in test functions only, not in their helpers"

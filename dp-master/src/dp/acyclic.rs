@@ -8,9 +8,9 @@
 //!    └── polled: no data ──┘
 //! ```
 //!
-//! Jobs take turns in the order of submitting; one that polls goes to the back of the queue after each question, so that
-//! a slow station does not keep the others waiting. A master works them in every mode, also in Stop and without slaves:
-//! it is then a master of class 2.
+//! Jobs take turns in the order of submitting; one that polls goes to the back of the queue after each question, so
+//! that a slow station does not keep the others waiting. A master works them in every mode, also in Stop and without
+//! slaves: it is then a master of class 2.
 //!
 //! Source: IEC 61158-6-3 (MS2 and MM services run in the acyclic part of the cycle); IEC 61158-4-3 (SRD, FDL status).
 
@@ -262,7 +262,8 @@ impl Jobs {
         Ok(id)
     }
 
-    /// The outcome of a job that has ended; its place is free afterwards. `None` while it has not, and for an unknown job.
+    /// The outcome of a job that has ended; its place is free afterwards. `None` while it has not, and for an unknown
+    /// job.
     pub fn take(&mut self, job: JobId) -> Option<JobOutcome> {
         let slot = self.slots.iter_mut().find(|slot| slot.id == job)?;
         let Stage::Done(end) = slot.stage else {
@@ -306,7 +307,8 @@ impl Jobs {
         self.waiting > 0
     }
 
-    /// The station of the job whose turn it is, which is under way from now on; the same until [`confirm`](Self::confirm).
+    /// The station of the job whose turn it is, which is under way from now on; the same until
+    /// [`confirm`](Self::confirm).
     pub(super) fn begin(&mut self) -> Option<Address> {
         if self.under_way.is_none() && self.waiting > 0 {
             let places = self.slots.iter().enumerate();

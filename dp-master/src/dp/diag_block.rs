@@ -8,8 +8,8 @@
 //! header 11 rrrrrr   revision number rr, one octet
 //! ```
 //!
-//! Modules and channels count from 0. The texts of manufacturer-specific errors are in the GSD file of the device (`Channel_Diag`, `Unit_Diag_Bit`);
-//! the numbers to look them up with are here.
+//! Modules and channels count from 0. The texts of manufacturer-specific errors are in the GSD file of the device
+//! (`Channel_Diag`, `Unit_Diag_Bit`); the numbers to look them up with are here.
 //!
 //! Source: IEC 61158-6-3, coding of Ext_Diag_Data.
 
@@ -19,7 +19,8 @@ use super::image::Octets;
 /// One block of extended diagnosis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Block<'a> {
-    /// Device-related, the octets after the header; what they mean says the manufacturer, or DP-V1 when that was enabled.
+    /// Device-related, the octets after the header; what they mean says the manufacturer, or DP-V1 when that was
+    /// enabled.
     Device(&'a [u8]),
     /// Identifier-related: which modules have something to say.
     Identifiers(ModuleSet<'a>),
@@ -310,8 +311,8 @@ pub enum ModuleState {
     NoModule,
 }
 
-/// The modules of a status message Modul_Status (status type 2): from the octet after the specifier on, four modules an octet, the first in bits
-/// 1 and 0.
+/// The modules of a status message Modul_Status (status type 2): from the octet after the specifier on, four modules an
+/// octet, the first in bits 1 and 0.
 ///
 /// Places behind the last module are filled up with 0 by the slave: the length does not say how many modules there are.
 pub fn module_states(data: &[u8]) -> impl Iterator<Item = ModuleState> + '_ {
@@ -325,8 +326,8 @@ pub fn module_states(data: &[u8]) -> impl Iterator<Item = ModuleState> + '_ {
     })
 }
 
-/// Writes the extended diagnosis of a slave, block after block. What does not fit is left out and remembered as overflow, so that the master learns
-/// of it.
+/// Writes the extended diagnosis of a slave, block after block. What does not fit is left out and remembered as
+/// overflow, so that the master learns of it.
 ///
 /// # Example
 ///

@@ -1,6 +1,7 @@
 //! A bounded queue of events, in place.
 
-/// First in, first out. When it is full the newest event is dropped and counted, so that the cause of a chain of events survives.
+/// First in, first out. When it is full the newest event is dropped and counted, so that the cause of a chain of events
+/// survives.
 #[derive(Debug, Clone)]
 pub(super) struct EventQueue<T, const N: usize> {
     events: [Option<T>; N],

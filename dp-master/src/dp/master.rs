@@ -6,13 +6,14 @@
 //!
 //! # Constant bus cycle
 //!
-//! Cycles begin [`MasterConfig::min_cycle`] apart. One that is not done when the next is due is an overrun: it is counted, the first of a row is an
-//! event, and [`MasterConfig::overrun`] says when the next one begins. No cycle is ever made up for.
+//! Cycles begin [`MasterConfig::min_cycle`] apart. One that is not done when the next is due is an overrun: it is
+//! counted, the first of a row is an event, and [`MasterConfig::overrun`] says when the next one begins. No cycle is
+//! ever made up for.
 //!
 //! # Global_Control
 //!
-//! Each change of the mode is told to all slaves, and again to those that come later while the outputs are cleared. Commands of the user wait in a
-//! queue; one goes out per cycle.
+//! Each change of the mode is told to all slaves, and again to those that come later while the outputs are cleared.
+//! Commands of the user wait in a queue; one goes out per cycle.
 //!
 //! Source: IEC 61158-6-3; film-feed specification, section 2.
 
@@ -44,7 +45,8 @@ pub struct MasterConfig {
     pub overrun: Overrun,
     /// What a failed slave means to the others. Default nothing.
     pub auto_clear: AutoClear,
-    /// Data_Control_Time: how long a slave may be without an answered Data_Exchange before Auto_Clear acts, at least two cycles. Default 100 ms.
+    /// Data_Control_Time: how long a slave may be without an answered Data_Exchange before Auto_Clear acts, at least
+    /// two cycles. Default 100 ms.
     pub data_control_time: Duration,
     /// How often the mode is told with a Global_Control beside its changes. Default never: the exchange needs none.
     pub announce_mode: Option<Duration>,
@@ -203,7 +205,8 @@ pub struct MasterStatistics {
     pub overruns: u64,
     /// Periods without a start of a cycle, see [`Overrun::KeepPhase`].
     pub missed_cycles: u64,
-    /// Answered exchanges in which the slave had no room for its outputs (RR, RDL, RDH); they are sent again in the next cycle.
+    /// Answered exchanges in which the slave had no room for its outputs (RR, RDL, RDH); they are sent again in the
+    /// next cycle.
     pub outputs_refused: u64,
     /// From the start of the last complete cycle to the start of the next.
     pub last_cycle: Duration,
@@ -213,7 +216,8 @@ pub struct MasterStatistics {
     pub least_cycle: Duration,
     /// Longest cycle.
     pub longest_cycle: Duration,
-    /// From the first bit of the last answered Data_Exchange request to the last bit of its reply, repetitions included.
+    /// From the first bit of the last answered Data_Exchange request to the last bit of its reply, repetitions
+    /// included.
     pub last_exchange: Duration,
     /// Events lost because nobody fetched them.
     pub lost_events: u64,
@@ -283,8 +287,8 @@ impl<const N: usize> DpMaster<N> {
         self.cyclic.count
     }
 
-    /// Changes the mode. In Clear and Operate a Global_Control tells the slaves with the end of the cycle; Stop forgets all slave states, so that
-    /// leaving it starts them up again.
+    /// Changes the mode. In Clear and Operate a Global_Control tells the slaves with the end of the cycle; Stop forgets
+    /// all slave states, so that leaving it starts them up again.
     ///
     /// With Auto_Clear, Operate begins once every slave exchanges data; until then the mode is Clear.
     pub fn set_mode(&mut self, mode: Mode) {
@@ -301,7 +305,8 @@ impl<const N: usize> DpMaster<N> {
         self.cyclic.operation.requested()
     }
 
-    /// Sends a Global_Control (Sync, Freeze…) with the end of a cycle in which a slave exchanges data; one goes out per cycle, in their order.
+    /// Sends a Global_Control (Sync, Freeze…) with the end of a cycle in which a slave exchanges data; one goes out per
+    /// cycle, in their order.
     ///
     /// In Clear the Clear_Data bit is added.
     ///
@@ -317,8 +322,8 @@ impl<const N: usize> DpMaster<N> {
         self.cyclic.set_activation(slave, activation)
     }
 
-    /// The status of a slave as its master sees it: the bits of the diagnosis read last, with those that only a master knows
-    /// (Station_Non_Existent, Invalid_Slave_Response, Master_Lock, Deactivated).
+    /// The status of a slave as its master sees it: the bits of the diagnosis read last, with those that only a master
+    /// knows (Station_Non_Existent, Invalid_Slave_Response, Master_Lock, Deactivated).
     pub fn station_status(&self, slave: SlaveIndex) -> StationStatus {
         self.handler(slave)
             .map_or(StationStatus::default(), SlaveHandler::status)
@@ -423,8 +428,8 @@ impl<const N: usize> DpMaster<N> {
         self.fdl.is_in_ring()
     }
 
-    /// Tells the master to leave the ring, or to come back. It passes the token on before it leaves; its slaves are then
-    /// left to their watchdogs.
+    /// Tells the master to leave the ring, or to come back. It passes the token on before it leaves; its slaves are
+    /// then left to their watchdogs.
     pub fn set_membership(&mut self, membership: Membership) {
         self.fdl.set_membership(membership);
     }

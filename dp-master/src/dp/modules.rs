@@ -24,7 +24,8 @@ pub struct Slot {
 pub const EMPTY_SLOT: &[u8] = &[0x00];
 
 impl Slot {
-    /// A slot that takes these modules, each with the identifier octets of its GSD entry. A slot that may stay empty lists [`EMPTY_SLOT`].
+    /// A slot that takes these modules, each with the identifier octets of its GSD entry. A slot that may stay empty
+    /// lists [`EMPTY_SLOT`].
     pub const fn new(modules: &'static [&'static [u8]]) -> Self {
         Self { modules }
     }
@@ -39,9 +40,11 @@ impl Slot {
     }
 }
 
-/// Whether the identifiers can be dealt to the slots in their order, one module each; slots at the end that may be empty may be left out.
+/// Whether the identifiers can be dealt to the slots in their order, one module each; slots at the end that may be
+/// empty may be left out.
 ///
-/// Modules may begin alike, so all divisions are followed at once: at most 245 places a slot, however the identifiers look.
+/// Modules may begin alike, so all divisions are followed at once: at most 245 places a slot, however the identifiers
+/// look.
 pub(super) fn fit(slots: &[Slot], identifiers: &[u8]) -> bool {
     let end = identifiers.len();
     if end == 0 || end > MOST {

@@ -10,7 +10,8 @@
 //!                              └── StayInClear ───┴── ReturnToOperate ───────────────┘
 //! ```
 //!
-//! Source: IEC 61158-6-3 and EN 50170 part 8-2 (bus parameter Error_Action_Flag, also called Auto_Clear; Data_Control_Time).
+//! Source: IEC 61158-6-3 and EN 50170 part 8-2 (bus parameter Error_Action_Flag, also called Auto_Clear;
+//! Data_Control_Time).
 
 use super::control::{ControlCommand, GlobalControl};
 use super::master::Mode;

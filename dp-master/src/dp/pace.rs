@@ -5,11 +5,12 @@ use crate::time::{Duration, Instant};
 /// When a cycle begins after one that took too long.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Overrun {
-    /// At once; all later cycles are shifted. A cycle begins no sooner than one period after the start of the one before.
+    /// At once; all later cycles are shifted. A cycle begins no sooner than one period after the start of the one
+    /// before.
     #[default]
     FollowAtOnce,
-    /// On the grid of the first cycle: the phase stays, periods without a start of their own are missed and counted. A cycle that begins late (the
-    /// token was elsewhere, the driver woke up late) shifts nothing.
+    /// On the grid of the first cycle: the phase stays, periods without a start of their own are missed and counted. A
+    /// cycle that begins late (the token was elsewhere, the driver woke up late) shifts nothing.
     KeepPhase,
 }
 

@@ -73,8 +73,8 @@ impl<'a> SetSlaveAdd<'a> {
     ///
     /// # Errors
     ///
-    /// [`SetSlaveAddError::NewAddress`] above 125, [`SetSlaveAddError::TooLong`] with more than 240 octets of remaining data or
-    /// when `buf` is too small.
+    /// [`SetSlaveAddError::NewAddress`] above 125, [`SetSlaveAddError::TooLong`] with more than 240 octets of remaining
+    /// data or when `buf` is too small.
     pub fn encode(&self, buf: &mut [u8]) -> Result<usize, SetSlaveAddError> {
         let address = self.new_address.value();
         if address > MAX_NEW_ADDRESS {

@@ -117,8 +117,8 @@ pub enum SlaveEvent {
     OutputsCleared,
     /// The watchdog has expired.
     WatchdogExpired,
-    /// Set_Slave_Add was obeyed: the slave answers to this address from now on. The device stores it, together with the lock and
-    /// [`DpSlave::remaining_slave_data`], and starts with them after the next power-on.
+    /// Set_Slave_Add was obeyed: the slave answers to this address from now on. The device stores it, together with the
+    /// lock and [`DpSlave::remaining_slave_data`], and starts with them after the next power-on.
     AddressChanged {
         /// The new address.
         address: Address,
@@ -283,8 +283,8 @@ impl DpSlave {
         &self.device.outputs
     }
 
-    /// Sets the inputs which the next request gets, all at once. Octets beyond the configured length are ignored, missing ones are zero.
-    /// They may be set before there is a configuration.
+    /// Sets the inputs which the next request gets, all at once. Octets beyond the configured length are ignored,
+    /// missing ones are zero. They may be set before there is a configuration.
     pub fn set_inputs(&mut self, octets: &[u8]) {
         let device = &mut self.device;
         let fitting = octets.get(..MAX_DATA).unwrap_or(octets);
@@ -294,9 +294,11 @@ impl DpSlave {
         }
     }
 
-    /// Sets the extended diagnosis and announces it to the master by answering with high priority, unless nothing changed.
+    /// Sets the extended diagnosis and announces it to the master by answering with high priority, unless nothing
+    /// changed.
     ///
-    /// `octets` are blocks, each with its header (9300 facts 1.4: `03`, fault code high, low), as [`ExtDiagWriter`](super::ExtDiagWriter) writes them.
+    /// `octets` are blocks, each with its header (9300 facts 1.4: `03`, fault code high, low), as
+    /// [`ExtDiagWriter`](super::ExtDiagWriter) writes them.
     ///
     /// # Errors
     ///
@@ -775,8 +777,8 @@ impl Device {
         }
     }
 
-    /// Clear_Data first: a Sync in the same telegram then holds the zeros. "Un" wins over its opposite. What the device cannot do is told with
-    /// Not_Supported.
+    /// Clear_Data first: a Sync in the same telegram then holds the zeros. "Un" wins over its opposite. What the device
+    /// cannot do is told with Not_Supported.
     fn global_control(&mut self, command: ControlCommand) {
         if command.contains(ControlCommand::CLEAR_DATA) {
             self.clear_outputs();

@@ -344,8 +344,8 @@ impl SlaveHandler {
                 report.event = self.lose(now, LossCause::NoAnswer, context);
                 return report;
             }
-            // Whether the slave has seen the request is not known, and the next one may be another (an acyclic one): only
-            // first contact is new to it in any case.
+            // Whether the slave has seen the request is not known, and the next one may be another (an acyclic one):
+            // only first contact is new to it in any case.
             Outcome::Aborted => {
                 self.fcb.reset();
                 return report;
@@ -410,8 +410,8 @@ impl SlaveHandler {
         report
     }
 
-    /// A job has read the diagnosis. To the slave that was its master, so it will not announce again what the job has seen: anything new counts as
-    /// read here.
+    /// A job has read the diagnosis. To the slave that was its master, so it will not announce again what the job has
+    /// seen: anything new counts as read here.
     pub(super) fn diagnosis_seen(&mut self, now: Instant, data: &[u8], context: &Context) -> Option<MasterEvent> {
         let seen = Diagnosis::parse(data).ok()?;
         if self.state != SlaveState::DataExchange || self.diagnosis == Some(seen) {

@@ -17,7 +17,8 @@ pub enum AcceptedConfigurations {
     Table(&'static [&'static [u8]]),
     /// Those that fit the slots of a modular slave.
     Modular(&'static [Slot]),
-    /// Those for which the function gives lengths; for configurations with a rule instead of a list. Lengths above 244 count as refused.
+    /// Those for which the function gives lengths; for configurations with a rule instead of a list. Lengths above 244
+    /// count as refused.
     Rule(fn(&[u8]) -> Option<IoLengths>),
 }
 
@@ -50,7 +51,8 @@ pub enum AddressChange {
     Unsupported,
     /// Yes, as long as nobody has parametrised the slave.
     Allowed,
-    /// It could, but an earlier request has locked the address; the device has stored that. The request is acknowledged and ignored.
+    /// It could, but an earlier request has locked the address; the device has stored that. The request is acknowledged
+    /// and ignored.
     Locked,
 }
 
@@ -82,7 +84,8 @@ pub struct SlaveIdentity {
     pub sync: Support,
     /// Freeze. Default supported (9300 facts 1.1).
     pub freeze: Support,
-    /// Time between request and reply in tBIT, 11…1023: what the station needs, or Set_Prm's min Tsdr if that is longer. Default 11.
+    /// Time between request and reply in tBIT, 11…1023: what the station needs, or Set_Prm's min Tsdr if that is
+    /// longer. Default 11.
     pub min_tsdr: u16,
     /// Set_Slave_Add. Default unsupported (9300 facts 1.1).
     pub address_change: AddressChange,

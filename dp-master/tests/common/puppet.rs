@@ -43,14 +43,15 @@ impl Puppet {
         }
     }
 
-    /// The same, but it repeats its reply whenever the frame count bit is that of the request before, whatever is asked: the standard's way, which
-    /// many a slave takes literally.
+    /// The same, but it repeats its reply whenever the frame count bit is that of the request before, whatever is
+    /// asked: the standard's way, which many a slave takes literally.
     pub(crate) fn looking_at_the_bit_alone(mut self) -> Self {
         self.bit_memory = Some(None);
         self
     }
 
-    /// A slave with ident 00DA and one block of eight octets that accepts everything of master 2; Data_Exchange, from 0 on, is up to the test.
+    /// A slave with ident 00DA and one block of eight octets that accepts everything of master 2; Data_Exchange, from 0
+    /// on, is up to the test.
     pub(crate) fn slave(
         address: Address,
         baud: Baud,

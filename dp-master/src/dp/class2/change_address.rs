@@ -9,9 +9,10 @@ use crate::dp::set_slave_add::{MAX_REMAINING, SetSlaveAdd, SetSlaveAddError};
 
 /// Gives a slave that nobody has parametrised another address.
 ///
-/// The acknowledgement says that the telegram arrived, not that the slave obeyed: it keeps its address when the ident number differs or the
-/// address is locked. Ask the new address with [`AskStatus`](super::AskStatus) or [`ReadDiag`](super::ReadDiag) to know.
-/// [`JobFailure::NoAnswer`](crate::dp::JobFailure::NoAnswer) may mean that it has obeyed and only its acknowledgement was lost.
+/// The acknowledgement says that the telegram arrived, not that the slave obeyed: it keeps its address when the ident
+/// number differs or the address is locked. Ask the new address with [`AskStatus`](super::AskStatus) or
+/// [`ReadDiag`](super::ReadDiag) to know. [`JobFailure::NoAnswer`](crate::dp::JobFailure::NoAnswer) may mean that it
+/// has obeyed and only its acknowledgement was lost.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChangeAddress {
     peer: Address,

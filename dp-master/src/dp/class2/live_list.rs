@@ -34,10 +34,11 @@ pub enum LiveListEvent {
     Round,
 }
 
-/// Asks address after address for its FDL status, one job at a time: a DP cycle is lengthened by one such telegram at most.
+/// Asks address after address for its FDL status, one job at a time: a DP cycle is lengthened by one such telegram at
+/// most.
 ///
-/// An address where nobody was is asked once a round; a known station is repeated up to the retry limit before it counts as lost. An absent
-/// address costs a slot time.
+/// An address where nobody was is asked once a round; a known station is repeated up to the retry limit before it
+/// counts as lost. An absent address costs a slot time.
 #[doc(alias = "Lifelist")]
 #[derive(Debug, Clone)]
 pub struct LiveList {
@@ -54,8 +55,8 @@ pub struct LiveList {
 const STATIONS: usize = Address::MAX_STATION.value() as usize + 1;
 
 impl LiveList {
-    /// A list over the addresses 0…`last` (126, or the HSA); `own` is the master's, which is not asked and stands in the list as a master
-    /// in the ring.
+    /// A list over the addresses 0…`last` (126, or the HSA); `own` is the master's, which is not asked and stands in
+    /// the list as a master in the ring.
     pub fn new(own: Address, last: Address, scan: Scan) -> Self {
         let mut found = [None; STATIONS];
         if let Some(place) = found.get_mut(usize::from(own.value())) {

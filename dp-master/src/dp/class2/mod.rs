@@ -10,8 +10,8 @@
 //! | [`AskIdent`], [`AskLsap`] | ident, LSAP status | texts, octets | `identify` |
 //! | [`LiveList`] | FDL status | who is on the line | `live_list` |
 //!
-//! A service is a value; [`Pending`] runs it as one job of [`Jobs`]. The master of class 1 goes on meanwhile, and a master in Stop
-//! without slaves is one of class 2 alone.
+//! A service is a value; [`Pending`] runs it as one job of [`Jobs`]. The master of class 1 goes on meanwhile, and a
+//! master in Stop without slaves is one of class 2 alone.
 //!
 //! # Example
 //!
