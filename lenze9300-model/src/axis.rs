@@ -13,7 +13,8 @@ use crate::plant::{
 };
 use crate::units::{Percent, Rpm};
 
-/// Length of a tick as delivered, ns: one period of the current controller at a chopping frequency of 8 kHz (C0018 = 1).
+/// Length of a tick as delivered, ns: one period of the current controller at a chopping frequency of 8 kHz (C0018 =
+/// 1).
 pub const TICK_NS: u64 = 125_000;
 
 /// Ticks of [`TICK_NS`] in a period of the speed controller.
@@ -30,7 +31,8 @@ const POSITION_PERIOD_NS: u64 = 1_000_000;
 
 /// Codes of the drive that set its controllers.
 ///
-/// Values as in the code table, converted to floats and SI times. Source: film-feed specification, section 5; design, section 6.
+/// Values as in the code table, converted to floats and SI times. Source: film-feed specification, section 5; design,
+/// section 6.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControllerCodes {
     /// C0011, n_max: reference of all speeds, rpm, 500…16000.
@@ -133,7 +135,8 @@ pub struct AxisParams {
     pub n_plant_max: Rpm,
     /// Mains at power-up of the model.
     pub mains: Mains,
-    /// Length of a tick, ns, 10 000…250 000; values outside are limited to that range. 62 500 for a chopping frequency of 16 kHz.
+    /// Length of a tick, ns, 10 000…250 000; values outside are limited to that range. 62 500 for a chopping
+    /// frequency of 16 kHz.
     pub tick_ns: u64,
 }
 
@@ -169,7 +172,8 @@ impl AxisParams {
         nearest_multiple(SPEED_PERIOD_NS, self.tick_ns.clamp(10_000, SPEED_PERIOD_NS))
     }
 
-    /// Ticks in a period of the position controller: whole periods of the speed controller, as near to 1 ms as they come.
+    /// Ticks in a period of the position controller: whole periods of the speed controller, as near to 1 ms as they
+    /// come.
     #[must_use]
     pub fn ticks_per_position_period(&self) -> u64 {
         let speed_ticks = self.ticks_per_speed_period();
@@ -299,12 +303,13 @@ impl AxisSample {
 
 /// One axis in virtual time.
 ///
-/// A tick of [`AxisParams::tick_ns`] runs, in this order: sample (taken at the end of the tick before) → position and interpolator (the
-/// caller's, once a millisecond, through the command) → speed (every second tick) → current → the plant moves on under the
-/// voltage that the tick *before* has computed. One tick of computing delay, as in the drive.
+/// A tick of [`AxisParams::tick_ns`] runs, in this order: sample (taken at the end of the tick before) → position and
+/// interpolator (the caller's, once a millisecond, through the command) → speed (every second tick) → current → the
+/// plant moves on under the voltage that the tick *before* has computed. One tick of computing delay, as in the
+/// drive.
 ///
-/// LU and OU inhibit the pulses within the same tick and the axis resumes by itself; the half-second rule belongs to the device.
-/// Whenever pulses start, the controllers start with no current and no torque at the actual speed.
+/// LU and OU inhibit the pulses within the same tick and the axis resumes by itself; the half-second rule belongs to
+/// the device. Whenever pulses start, the controllers start with no current and no torque at the actual speed.
 ///
 /// Same parameters, same commands: same bits. Nothing allocates, and no transcendental function is called in a tick.
 #[derive(Debug, Clone)]

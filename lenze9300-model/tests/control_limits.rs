@@ -67,9 +67,9 @@ fn judge_stop(speeds: &[f64], swing: f64, within_s: f64) -> Result<(), String> {
     Ok(())
 }
 
-/// The limit is left at K_p |e| = M: the shaft slows by M/J until then, and along exp(−t K_p/J) afterwards. From 294.7 rad/s that takes
-/// (294.7 − 62.8)/11 488 s and J/K_p · ln(62.8/0.314): 20.2 ms + 29.0 ms, and 1 ms for the quick stop to be seen and the current to
-/// turn round. Friction helps.
+/// The limit is left at K_p |e| = M: the shaft slows by M/J until then, and along exp(−t K_p/J) afterwards. From
+/// 294.7 rad/s that takes (294.7 − 62.8)/11 488 s and J/K_p · ln(62.8/0.314): 20.2 ms + 29.0 ms, and 1 ms for the
+/// quick stop to be seen and the current to turn round. Friction helps.
 #[test]
 fn a_quick_stop_at_the_torque_limit_comes_to_rest_without_swinging_through_zero() {
     let within_s = stop_time_s(J);
@@ -93,9 +93,10 @@ fn stop_time_s(j: f64) -> f64 {
 
 #[test]
 fn heavier_axes_hardly_swing() {
-    // With three times the inertia T_N = 20 ms is a time constant of the loop, which swings by itself in small steps. The waiting ends when
-    // the ripple of the resolver hides the fall of the error, at a few rad/s, and a part of those is left to swing: 1 % of C0011 at most.
-    // (A bare rotor crosses zero by 6 rad/s whatever the integrator does: its 42 000 rad/s² meet some 0.9 ms of delay in the loop.)
+    // With three times the inertia T_N = 20 ms is a time constant of the loop, which swings by itself in small steps.
+    // The waiting ends when the ripple of the resolver hides the fall of the error, at a few rad/s, and a part of
+    // those is left to swing: 1 % of C0011 at most. (A bare rotor crosses zero by 6 rad/s whatever the integrator
+    // does: its 42 000 rad/s² meet some 0.9 ms of delay in the loop.)
     for load in [1e-4, 2.5e-4] {
         let mut config = DriveConfig::default();
         config.axis.mechanics.j_load_kg_m2 = load;
@@ -177,8 +178,9 @@ fn fast() -> AxisParams {
     params
 }
 
-/// U_dc/√3 = 326.6 V are filled by ω_el ψ + R i_q in q and ω_el L i_q in d; at 0.05 Nm i_q is 0.091 A, which leaves ω_el ψ =
-/// 324.7 V: 8460 rpm. There is no field weakening, so that is where the speed stays (control, "When voltage runs out").
+/// U_dc/√3 = 326.6 V are filled by ω_el ψ + R i_q in q and ω_el L i_q in d; at 0.05 Nm i_q is 0.091 A, which leaves
+/// ω_el ψ = 324.7 V: 8460 rpm. There is no field weakening, so that is where the speed stays (control, "When voltage
+/// runs out").
 #[test]
 fn when_voltage_runs_out_the_speed_stays_where_the_back_emf_fills_the_circle() {
     let mut axis = Axis::new(&fast());
@@ -199,7 +201,8 @@ fn when_voltage_runs_out_the_speed_stays_where_the_back_emf_fills_the_circle() {
 
 #[test]
 fn a_set_value_within_the_voltage_is_followed_at_once_after_one_beyond_it() {
-    // Anti-windup by the realised voltage: from the moment of the new set-value the shaft slows with the whole torque limit.
+    // Anti-windup by the realised voltage: from the moment of the new set-value the shaft slows with the whole torque
+    // limit.
     let mut axis = Axis::new(&fast());
     run(&mut axis, 2.0, Rpm(10_000.0).to_rad_s(), |_| {});
     let before = axis.sample().omega_true;
@@ -215,8 +218,9 @@ fn a_set_value_within_the_voltage_is_followed_at_once_after_one_beyond_it() {
 
 #[test]
 fn the_current_stays_inside_its_circle_at_every_speed() {
-    // √2 · 1.35 A; the current loop passes its set-value by 3.6 % (its z-domain model). The d current is led to zero. While the q current
-    // turns round (3.8 A in 0.6 ms), the decoupling is 1.5 ticks late: ω_el L · 6.4 A/ms · 0.19 ms = 32 V over 80 V/A, 0.4 A at the most.
+    // √2 · 1.35 A; the current loop passes its set-value by 3.6 % (its z-domain model). The d current is led to zero.
+    // While the q current turns round (3.8 A in 0.6 ms), the decoupling is 1.5 ticks late: ω_el L · 6.4 A/ms · 0.19
+    // ms = 32 V over 80 V/A, 0.4 A at the most.
     let mut axis = Axis::new(&AxisParams::default());
     let bound = SQRT_2 * 1.35 * 1.04;
     for omega_ref in [290.0, -290.0, 0.0, 290.0] {

@@ -1,5 +1,5 @@
-//! Step responses and margins of the sampled loops against models of their own: scalar difference equations and transfer
-//! functions written out here from the motor's equations, sharing no code with what they judge.
+//! Step responses and margins of the sampled loops against models of their own: scalar difference equations and
+//! transfer functions written out here from the motor's equations, sharing no code with what they judge.
 
 use std::f64::consts::TAU;
 
@@ -130,10 +130,11 @@ fn the_step_of_the_current_loop_is_that_of_its_difference_equation() {
     }
 }
 
-/// Band of the sampled magnitude optimum, from its z-domain model: with T_N = T_S and a tick short against T_S the open loop is
-/// 1/3 / (z (z − 1)), because K_p T/L = T/(2 · 1.5 T). Its closed loop z² − z + 1/3 answers a step with 0, 0, 1/3, 2/3, 8/9, 1,
-/// 28/27, 28/27, …: 1/27 = 3.7 % of overshoot instead of the continuous 4.32 %, and arrival after 5 ticks = 3.33 T_Σ instead of 4.71.
-/// The tick of 125 µs is 0.08 T_S: the exponential of the winding moves both by less than a tenth.
+/// Band of the sampled magnitude optimum, from its z-domain model: with T_N = T_S and a tick short against T_S the
+/// open loop is 1/3 / (z (z − 1)), because K_p T/L = T/(2 · 1.5 T). Its closed loop z² − z + 1/3 answers a step with
+/// 0, 0, 1/3, 2/3, 8/9, 1, 28/27, 28/27, …: 1/27 = 3.7 % of overshoot instead of the continuous 4.32 %, and arrival
+/// after 5 ticks = 3.33 T_Σ instead of 4.71. The tick of 125 µs is 0.08 T_S: the exponential of the winding moves
+/// both by less than a tenth.
 #[test]
 fn the_sampled_magnitude_optimum_overshoots_by_a_27th_and_arrives_after_five_ticks() {
     for tick_ns in [31_250, 62_500, 125_000] {
@@ -157,8 +158,8 @@ fn the_sampled_magnitude_optimum_overshoots_by_a_27th_and_arrives_after_five_tic
 
 // ---- speed and position loop
 
-/// The axis about a constant speed, without the d axis: winding and shaft under a held voltage, PI of the current with the back EMF fed
-/// forward from the read speed, converter as a second-order loop, PI of the speed.
+/// The axis about a constant speed, without the d axis: winding and shaft under a held voltage, PI of the current
+/// with the back EMF fed forward from the read speed, converter as a second-order loop, PI of the speed.
 struct Scalar {
     t: f64,
     kp_i: f64,
@@ -234,8 +235,8 @@ impl Scalar {
         self.tick(torque);
     }
 
-    /// Frequency response of the open speed loop: controller as a formula, the rest from its answer to a pulse of torque. The answer
-    /// ends in a constant speed; its differences die out and are summed up.
+    /// Frequency response of the open speed loop: controller as a formula, the rest from its answer to a pulse of
+    /// torque. The answer ends in a constant speed; its differences die out and are summed up.
     fn open_speed_loop(frequency_hz: f64) -> Cx {
         let mut axis = Self::thesis();
         let period = 2.0 * axis.t;
@@ -306,8 +307,8 @@ fn the_margins_of_the_position_loop_are_those_of_the_scalar_model() {
 
 #[test]
 fn the_step_of_the_speed_loop_is_that_of_the_scalar_model() {
-    // With the codes of the thesis, and with those of the symmetrical optimum: the sampled loop overshoots less than the continuous
-    // 43.4 %, because the current loop is twice as fast as its 4 T_Σ.
+    // With the codes of the thesis, and with those of the symmetrical optimum: the sampled loop overshoots less than
+    // the continuous 43.4 %, because the current loop is twice as fast as its 4 T_Σ.
     let thesis = AxisParams::default();
     let tuned = AxisParams {
         codes: Cascade::of_axis(&thesis).to_codes(&thesis),
@@ -331,7 +332,8 @@ fn the_step_of_the_speed_loop_is_that_of_the_scalar_model() {
         println!("{} % {overshoot} % {:?} s", found.overshoot_percent(), found.rise_s());
         assert!(!found.limited());
         assert!(band.contains(&overshoot), "{overshoot}");
-        // The resolver rounds to an increment: 0.2 % of this step. The model looks every 250 µs, the axis twice as often.
+        // The resolver rounds to an increment: 0.2 % of this step. The model looks every 250 µs, the axis twice as
+        // often.
         assert!((found.overshoot_percent() - overshoot).abs() < 0.5, "{overshoot}");
         assert!((found.rise_s().unwrap() - arrival).abs() < 50e-6, "{arrival}");
     }
@@ -377,11 +379,11 @@ fn the_linear_loop_and_the_axis_answer_alike_tick_by_tick() {
 
 // ---- tuning
 
-/// Derived band: the gain crosses 1 near 1/(2 T_I'), where the controller leads by atan(2) = 63.4° over the −180° of both integrators.
-/// What lags there is the current loop with its true 2 T_Σ = 0.375 ms, half a period of hold, 0.125 ms, and the converter,
-/// 2ζ/ω − T/2 = 0.388 ms. T_I' counts the current loop twice over (4 T_Σ) and is 1.325 ms: 0.888 ms/2.65 ms are 19.2°, which leaves
-/// 44°; had they been those 1.325 ms, it were the 36.9° of the textbook. Tuned as the thesis does, with T_I = 0.75 ms alone, 33.9° are
-/// lost and 29.5° are left.
+/// Derived band: the gain crosses 1 near 1/(2 T_I'), where the controller leads by atan(2) = 63.4° over the −180° of
+/// both integrators. What lags there is the current loop with its true 2 T_Σ = 0.375 ms, half a period of hold, 0.125
+/// ms, and the converter, 2ζ/ω − T/2 = 0.388 ms. T_I' counts the current loop twice over (4 T_Σ) and is 1.325 ms:
+/// 0.888 ms/2.65 ms are 19.2°, which leaves 44°; had they been those 1.325 ms, it were the 36.9° of the textbook.
+/// Tuned as the thesis does, with T_I = 0.75 ms alone, 33.9° are lost and 29.5° are left.
 #[test]
 fn a_cascade_tuned_by_the_formulas_keeps_the_margin_of_the_symmetrical_optimum() {
     for load in [0.0, 0.664e-4, 2e-4] {
@@ -421,8 +423,8 @@ fn an_unstable_loop_is_called_unstable() {
 
 #[test]
 fn a_feed_of_the_axis_shows_its_inertia_and_friction() {
-    // 0 to 250 rad/s and back along 589.5 rad/s², recorded in every tick: the set-value steps once a millisecond and the torque
-    // answers with a ripple of that period, which a trace taken once a millisecond would read 3 % low.
+    // 0 to 250 rad/s and back along 589.5 rad/s², recorded in every tick: the set-value steps once a millisecond and
+    // the torque answers with a ripple of that period, which a trace taken once a millisecond would read 3 % low.
     let params = AxisParams::default();
     let mut axis = Axis::new(&params);
     let mut trace = Vec::new();
@@ -451,8 +453,9 @@ fn a_feed_of_the_axis_shows_its_inertia_and_friction() {
 
 #[test]
 fn the_noise_limit_predicts_the_torque_ripple_of_a_turning_axis() {
-    // Oracle: the axis itself, its torque set-value recorded. At one speed the rounding makes a few spectral lines; over many speeds their
-    // mean is white. The limit counts the proportional part alone; feedback through the loop changes low frequencies a little.
+    // Oracle: the axis itself, its torque set-value recorded. At one speed the rounding makes a few spectral lines;
+    // over many speeds their mean is white. The limit counts the proportional part alone; feedback through the loop
+    // changes low frequencies a little.
     let mut params = AxisParams::default();
     params.feedback.resolver_bits = 11;
     params.codes.c0070_speed_gain = 2.0;

@@ -40,7 +40,8 @@ fn step_response<const N: usize>(
 
 #[test]
 fn the_magnitude_optimum_overshoots_by_4_32_percent_and_arrives_after_4_71_t_sigma() {
-    // Damping 1/√2: overshoot exp(−π) = 4.32 %, first arrival at 3π/2 T_Σ = 4.71 T_Σ (textbook; thesis: about 5 T_Σ, < 5 %).
+    // Damping 1/√2: overshoot exp(−π) = 4.32 %, first arrival at 3π/2 T_Σ = 4.71 T_Σ (textbook; thesis: about 5 T_Σ,
+    // < 5 %).
     let (v_s, t_s, t_sigma) = (1.0 / 19.8, 30.5e-3 / 19.8, 187.5e-6);
     let gains = magnitude_optimum(v_s, t_s, t_sigma);
     // States: integrator of the controller (of e), power stage, winding.
@@ -113,8 +114,8 @@ fn sampled_current_step(gains_from: &AxisParams) -> Vec<f64> {
 
 #[test]
 fn the_sampled_current_loop_rises_within_about_five_t_sigma() {
-    // Source: film-feed specification, section 4: rise about 5 T_Σ = 0.94 ms, overshoot < 5 %. The true dead time of the sampled
-    // loop, against the lag that the optimum assumes, allows a band around both.
+    // Source: film-feed specification, section 4: rise about 5 T_Σ = 0.94 ms, overshoot < 5 %. The true dead time of
+    // the sampled loop, against the lag that the optimum assumes, allows a band around both.
     let response = sampled_current_step(&AxisParams::default());
     let peak = response.iter().copied().fold(0.0, f64::max);
     let reached = response.iter().position(|i| *i >= 1.0).unwrap() + 1;

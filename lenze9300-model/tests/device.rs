@@ -195,8 +195,8 @@ fn with_c0105_zero_quick_stop_brakes_at_the_torque_limit() {
     // C0022 = 1.35 A: 1.05 Nm (9300 facts 6).
     assert!((drive.axis().sample().torque + 1.05).abs() < 0.03);
     let stands = 3 + until(&mut drive, |drive| drive.status().standstill);
-    // 176.8 rad/s and 0.914e-4 kg m² against 1.05 and 0.05 Nm of friction down to 1.05 Nm/K_p = 62.8 rad/s: 9.5 ms. The rest dies out
-    // along exp(−t K_p/J), 5.5 ms, and friction: 29 ms without it to 0.314 rad/s.
+    // 176.8 rad/s and 0.914e-4 kg m² against 1.05 and 0.05 Nm of friction down to 1.05 Nm/K_p = 62.8 rad/s: 9.5 ms.
+    // The rest dies out along exp(−t K_p/J), 5.5 ms, and friction: 29 ms without it to 0.314 rad/s.
     assert!((12..=40).contains(&stands), "{stands} ms");
     steps(&mut drive, 200);
     assert!(drive.status().standstill);

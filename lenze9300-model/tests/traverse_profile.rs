@@ -1,4 +1,5 @@
-//! The shape of the ramps and the rounding of lengths through the whole positioning program; feed-forward through the drive.
+//! The shape of the ramps and the rounding of lengths through the whole positioning program; feed-forward through the
+//! drive.
 #![allow(
     clippy::unwrap_used,
     reason = "clippy allows it in test functions only, not in their helpers"
@@ -59,7 +60,8 @@ fn stop_continuation_and_jog_keep_the_jerk_too() {
             let step = now.acceleration - before.acceleration;
             assert!(step.abs() <= jerk * (1.0 + 1e-6), "{step} at {}", rig.ticks);
             assert!(now.acceleration.abs() <= 2400.0 * PER_MM / 1e6 * (1.0 + 1e-6));
-            // The set-value is continuous: its way is the mean of both speeds but for a twelfth of the jerk and the floor.
+            // The set-value is continuous: its way is the mean of both speeds but for a twelfth of the jerk and the
+            // floor.
             let way = (now.position - before.position) as f64 - 0.5 * (now.velocity + before.velocity);
             assert!(
                 now.reference_shift != 0 || way.abs() < 1.0 + 2.0,
@@ -123,7 +125,8 @@ fn hundred_thousand_feeds(rounding: Rounding) -> i64 {
     rig.film
 }
 
-/// Exactly 0.5 mm are 65536 · 7 · 5000 / 1790708 = 1280.923523 inc (film-feed specification, section 5); a feed loses 0.923523 inc.
+/// Exactly 0.5 mm are 65536 · 7 · 5000 / 1790708 = 1280.923523 inc (film-feed specification, section 5); a feed loses
+/// 0.923523 inc.
 #[test]
 fn a_hundred_thousand_feeds_fall_short_by_as_many_fractions_and_by_none_with_the_residue_carried() {
     let (numerator, denominator) = (65_536_i128 * 7 * 5000, 1_790_708_i128);
@@ -188,8 +191,9 @@ fn run_up(inertia: f64, profile: Profile) -> f64 {
 
 #[test]
 fn torque_feed_forward_takes_the_following_error_of_a_ramp_away() {
-    // Without it a jump of the acceleration by 2400 mm/s² makes the analytic peak; with the true inertia the torque is there one
-    // millisecond and the delays of the loop later, some 2 ms of 20 ms. It is off by default (9300 facts 4.6).
+    // Without it a jump of the acceleration by 2400 mm/s² makes the analytic peak; with the true inertia the torque
+    // is there one millisecond and the delays of the loop later, some 2 ms of 20 ms. It is off by default (9300 facts
+    // 4.6).
     let params = AxisParams::default();
     let expected = peak_following_error(2400.0, params.speed_gains(), J, 50.0);
     assert_eq!(DriveConfig::default().feed_forward_inertia_kg_m2, 0.0);

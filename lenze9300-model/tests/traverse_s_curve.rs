@@ -19,9 +19,9 @@ fn from_rest(target: i64, limits: &Limits) -> Plan {
     Plan::to_target(PathState::at_rest(0), target, limits, 0.0)
 }
 
-/// Least time from rest to rest with equal accelerations (textbook, three cases): d/v + v/a + a/j when both limits are reached,
-/// a/j + √((a/j)² + 4 d/a) when the acceleration alone is, ∛(32 d/j) when neither is; with v < a²/j in the first case
-/// d/v + 2 √(v/j).
+/// Least time from rest to rest with equal accelerations (textbook, three cases): d/v + v/a + a/j when both limits
+/// are reached, a/j + √((a/j)² + 4 d/a) when the acceleration alone is, ∛(32 d/j) when neither is; with v < a²/j in
+/// the first case d/v + 2 √(v/j).
 fn rest_to_rest_ms(way: f64, v: f64, a: f64, j: f64) -> f64 {
     let v_ramp = if v * j >= a * a {
         v / a + a / j
@@ -168,8 +168,8 @@ fn a_very_high_jerk_is_the_trapezoid() {
 
 // ---- properties
 
-/// Oracle for a motion: limits kept at every set-point, continuous, and at every moment one limit used up: the jerk, or the
-/// acceleration, or the speed. `Err` names what failed.
+/// Oracle for a motion: limits kept at every set-point, continuous, and at every moment one limit used up: the jerk,
+/// or the acceleration, or the speed. `Err` names what failed.
 fn judge(plan: &Plan, start: PathState, target: i64, limits: &Limits) -> Result<(), String> {
     let end = plan.end().ok_or("never arrives")?;
     let ticks = end.ceil() as u64;
@@ -313,7 +313,8 @@ proptest! {
         prop_assert!(first.position.abs() <= 1 && (first.velocity - start.velocity).abs() < 1e-6);
         prop_assert!((first.acceleration - start.acceleration).abs() < 1e-6);
         if let Err(reason) = judge(&plan, start, target, &limits) { prop_assert!(false, "{reason}"); }
-        // Two-sided: no slower than to stop first and to go then, at the smaller acceleration; no faster than without a limit of the jerk.
+        // Two-sided: no slower than to stop first and to go then, at the smaller acceleration; no faster than without
+        // a limit of the jerk.
         let stopped = Plan::to_velocity(start, 0.0, &limits);
         let rest = stopped.at(0, stopped.end().unwrap());
         let way = (target - rest.position) as f64 - rest.fraction;
@@ -365,7 +366,8 @@ proptest! {
 
     #[test]
     fn on_the_fly_the_target_is_crossed_forwards_from_any_state(
-        limits in limits(), speed in -1.0..1.0_f64, push in -1.0..1.0_f64, target in 1_i64..1_000_000, share in 0.05..1.0_f64,
+        limits in limits(), speed in -1.0..1.0_f64, push in -1.0..1.0_f64, target in 1_i64..1_000_000,
+        share in 0.05..1.0_f64,
     ) {
         let start = PathState {
             velocity: speed * limits.v_max,
@@ -381,7 +383,8 @@ proptest! {
         for tick in 1..(plan.end().unwrap() as u64).min(500) {
             let now = plan.at(tick, 0.0);
             prop_assert!((now.acceleration - last.acceleration).abs() <= limits.jerk * (1.0 + 1e-9) + 1e-9);
-            prop_assert!((now.velocity - last.velocity).abs() <= limits.acc.max(limits.dec).max(start.acceleration.abs()) + 1e-6);
+            let rate = limits.acc.max(limits.dec).max(start.acceleration.abs());
+            prop_assert!((now.velocity - last.velocity).abs() <= rate + 1e-6);
             last = now;
         }
     }

@@ -8,20 +8,20 @@ use super::{PiController, PiGains};
 /// M = K_p (ω_ref − ω) + x + M_ff − K_p T_D dω/dt
 /// ```
 ///
-/// Interpretation: the differential part (C0072, 0 in the thesis) looks at the measured speed alone, over one period and without a
-/// filter of its own; the set-value steps once a millisecond and would kick it.
+/// Interpretation: the differential part (C0072, 0 in the thesis) looks at the measured speed alone, over one period
+/// and without a filter of its own; the set-value steps once a millisecond and would kick it.
 ///
 /// # At the limit
 ///
-/// 1. While the limit holds, the integrator keeps what the limit leaves of the other parts, and nothing when they fill it alone:
-///    x = clamp(±M_max − (M − x), 0…±M_max).
-/// 2. If they filled it alone, the integrator also waits after the limit while the error dies out: as long as the error keeps its sign
-///    and falls by a share of at least T/(4 T_N) a period.
+/// 1. While the limit holds, the integrator keeps what the limit leaves of the other parts, and nothing when they
+///    fill it alone: x = clamp(±M_max − (M − x), 0…±M_max).
+/// 2. If they filled it alone, the integrator also waits after the limit while the error dies out: as long as the
+///    error keeps its sign and falls by a share of at least T/(4 T_N) a period.
 ///
-/// A PI controller on an inertia passes its set-value whenever it starts from the limit and integrates on the way, because x comes back to
-/// where it was only after the error has had both signs. So the proportional part alone brings the error down, along exp(−t K_p/J)
-/// from M_max/K_p, and x takes over what is left: a load, friction. An integrator that runs to the limit swings through zero, after
-/// a quick stop from 2814 rpm by 300 rpm.
+/// A PI controller on an inertia passes its set-value whenever it starts from the limit and integrates on the way,
+/// because x comes back to where it was only after the error has had both signs. So the proportional part alone
+/// brings the error down, along exp(−t K_p/J) from M_max/K_p, and x takes over what is left: a load, friction. An
+/// integrator that runs to the limit swings through zero, after a quick stop from 2814 rpm by 300 rpm.
 #[doc(alias = "Drehzahlregler")]
 #[derive(Debug, Clone)]
 pub struct SpeedController {
@@ -246,7 +246,8 @@ mod tests {
 
     #[test]
     fn the_differential_time_answers_a_change_of_the_measured_speed() {
-        // K_p T_D dω/dt: 0.01671 · 1 ms · 2 rad/s in 250 µs = 0.1337 Nm against the change; a step of the set-value does not count.
+        // K_p T_D dω/dt: 0.01671 · 1 ms · 2 rad/s in 250 µs = 0.1337 Nm against the change; a step of the set-value
+        // does not count.
         let gains = SpeedGains { t_d_s: 1e-3, ..GAINS };
         let mut speed = SpeedController::new(gains, 250e-6);
         let plain = SpeedController::new(GAINS, 250e-6).step(&error(10.0));

@@ -7,8 +7,8 @@ use crate::AxisParams;
 
 /// The figures of a loop: what `lenze9300 step` and `lenze9300 bode` print.
 ///
-/// As JSON the fields keep their names and order, `which` being `loop`; a figure that does not exist is null. [`Display`](fmt::Display)
-/// gives a table for people.
+/// As JSON the fields keep their names and order, `which` being `loop`; a figure that does not exist is null.
+/// [`Display`](fmt::Display) gives a table for people.
 #[derive(Debug, Serialize)]
 pub struct LoopFigures {
     /// Which loop.

@@ -6,16 +6,18 @@ use crate::control::{Decoupling, PiGains};
 use crate::plant::TrackingGains;
 use crate::units::INC_PER_RAD;
 
-/// A sampled loop, cut open where its controller takes its measured value, in small-signal form about its operating point.
+/// A sampled loop, cut open where its controller takes its measured value, in small-signal form about its operating
+/// point.
 ///
 /// ```text
 /// s' = A s + B w        w  what the controller takes for the measured value
 /// y  = C s              y  what is measured
 /// ```
 ///
-/// one step being one period of that controller: computing delay, hold, the inner loops with their own periods, the decoupling, the
-/// coupling of both axes and the tracking converter are all inside. The matrices are those of the tick, exact (matrix
-/// exponential), put together tick by tick. Left out is what is not linear: quantisation, limits, and friction that turns round.
+/// one step being one period of that controller: computing delay, hold, the inner loops with their own periods, the
+/// decoupling, the coupling of both axes and the tracking converter are all inside. The matrices are those of the
+/// tick, exact (matrix exponential), put together tick by tick. Left out is what is not linear: quantisation, limits,
+/// and friction that turns round.
 #[derive(Debug, Clone)]
 pub struct LinearLoop {
     a: DMatrix<f64>,
@@ -104,7 +106,8 @@ impl LinearLoop {
         self.closed_loop_radius() < 1.0 - 1e-9
     }
 
-    /// The first `periods` measured values after a step of the set-value by 1, the loop being closed; the first is that of the step.
+    /// The first `periods` measured values after a step of the set-value by 1, the loop being closed; the first is
+    /// that of the step.
     #[must_use]
     pub fn closed_loop_step(&self, periods: usize) -> Vec<f64> {
         let mut state = DVector::zeros(STATES);

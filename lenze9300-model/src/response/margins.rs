@@ -38,8 +38,8 @@ impl Margins {
 
     /// Margins of any open loop from five decades below `nyquist_hz` up to it.
     ///
-    /// Both crossings are looked for on 2000 logarithmic points and then halved down to 1e-12 of the frequency. At the Nyquist
-    /// frequency the response of a sampled loop is real: negative, it counts as a crossing of −180°.
+    /// Both crossings are looked for on 2000 logarithmic points and then halved down to 1e-12 of the frequency. At
+    /// the Nyquist frequency the response of a sampled loop is real: negative, it counts as a crossing of −180°.
     #[must_use]
     pub fn of_response(nyquist_hz: f64, response: impl Fn(f64) -> Complex<f64>) -> Self {
         let mut margins = Self {

@@ -108,9 +108,9 @@ impl LoopKind {
 
     /// Speed of the shaft about which the loop is looked at, rad/s.
     ///
-    /// The current loop has its shaft locked. The others turn: at standstill static friction would hold the shaft, and the answer
-    /// would depend on the size of the step. 1000 increments a millisecond are 916 rpm; whole increments in a period make
-    /// the quantisation of the resolver stand still.
+    /// The current loop has its shaft locked. The others turn: at standstill static friction would hold the shaft,
+    /// and the answer would depend on the size of the step. 1000 increments a millisecond are 916 rpm; whole
+    /// increments in a period make the quantisation of the resolver stand still.
     pub(crate) fn base_speed(self) -> f64 {
         match self {
             Self::Current => 0.0,

@@ -24,9 +24,10 @@ pub struct StepSize {
 /// Answer of a closed loop to a small step of its set-value, by the axis itself.
 ///
 /// - Current: the shaft is locked, the q current steps by 1 % of the limit C0022.
-/// - Speed: the shaft turns at 916 rpm; the set-value steps so that the torque uses a fifth of what C0022 leaves. The quantity is the true
-///   speed of the shaft.
-/// - Position: the shaft turns at 916 rpm with speed feed-forward; the set-value jumps likewise. The quantity is the true angle.
+/// - Speed: the shaft turns at 916 rpm; the set-value steps so that the torque uses a fifth of what C0022 leaves. The
+///   quantity is the true speed of the shaft.
+/// - Position: the shaft turns at 916 rpm with speed feed-forward; the set-value jumps likewise. The quantity is the
+///   true angle.
 ///
 /// About a constant speed friction is constant and the answer does not depend on the size, as long as no limit holds
 /// ([`limited`](Self::limited)) and the shaft does not turn round.
@@ -60,8 +61,8 @@ impl StepResponse {
         self.size
     }
 
-    /// Whether torque, voltage or the limit of the speed set-value held the controller on the way: then the figures are those
-    /// of a large signal.
+    /// Whether torque, voltage or the limit of the speed set-value held the controller on the way: then the figures
+    /// are those of a large signal.
     #[must_use]
     pub fn limited(&self) -> bool {
         self.limited
@@ -83,7 +84,8 @@ impl StepResponse {
         Some(self.crossing(place, 1.0))
     }
 
-    /// Time after which the quantity stays within ±`share` of the step around its set-value, s; `None` when it does not.
+    /// Time after which the quantity stays within ±`share` of the step around its set-value, s; `None` when it does
+    /// not.
     #[doc(alias = "Ausregelzeit")]
     #[must_use]
     pub fn settle_s(&self, share: f64) -> Option<f64> {

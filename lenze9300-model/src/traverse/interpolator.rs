@@ -1,8 +1,8 @@
 //! The profile generator: segments of constant jerk in closed form.
 //!
 //! A [`Plan`] is computed once and evaluated at integer ticks since its start, so nothing is summed up and nothing
-//! drifts. As delivered the acceleration jumps (trapezoid, triangle): thesis fig. 63 gives exactly 1.5 s for 1200 mm, which
-//! excludes an S-ramp (9300 facts 4.2). With a limited jerk the plans are those of `s_curve`.
+//! drifts. As delivered the acceleration jumps (trapezoid, triangle): thesis fig. 63 gives exactly 1.5 s for 1200 mm,
+//! which excludes an S-ramp (9300 facts 4.2). With a limited jerk the plans are those of `s_curve`.
 //!
 //! Unit of time: the tick of the 1 ms task. Unit of position: increment. Accuracy: position and velocity are continuous
 //! at segment borders to 1e-6 inc and 1e-9 inc/ms for distances up to 2^32 inc; the target is met exactly.
@@ -136,8 +136,8 @@ impl Plan {
     ///
     /// - A start in the wrong direction brakes and turns round; a start above `v_max` brakes down to it first.
     /// - With `v_end` = 0 a target too near to brake is passed, and the axis returns to it (9300 facts 4.2).
-    /// - Interpretation: with `v_end` > 0 the target is a change-over on the fly, which never turns round. When the way is
-    ///   too short for `v_end`, the target is crossed with the nearest speed that can be reached.
+    /// - Interpretation: with `v_end` > 0 the target is a change-over on the fly, which never turns round. When the
+    ///   way is too short for `v_end`, the target is crossed with the nearest speed that can be reached.
     pub fn to_target(start: PathState, target: i64, limits: &Limits, v_end: f64) -> Self {
         let limits = limits.checked();
         let Limits { v_max, acc, dec, jerk } = limits;

@@ -1,9 +1,10 @@
 //! Motions with limited jerk, in closed form.
 //!
-//! Every motion is a string of phases of constant jerk: +j, 0 or −j. [`Ramp`] is the fastest change of velocity, at most three
-//! phases. A motion to a target is two ramps with constant velocity between them, to a peak velocity and from it, or, when a
-//! braking axis has to go a little farther, a braking that is released and taken up again. One number (the peak, or the acceleration
-//! at the release) decides about the way; it is found by halving, once, when the plan is made.
+//! Every motion is a string of phases of constant jerk: +j, 0 or −j. [`Ramp`] is the fastest change of velocity, at
+//! most three phases. A motion to a target is two ramps with constant velocity between them, to a peak velocity and
+//! from it, or, when a braking axis has to go a little farther, a braking that is released and taken up again. One
+//! number (the peak, or the acceleration at the release) decides about the way; it is found by halving, once, when
+//! the plan is made.
 
 use super::interpolator::{Limits, POSITION_TOLERANCE, PathState, Plan, Strip};
 
@@ -33,8 +34,9 @@ struct Rates {
 impl Ramp {
     /// From velocity and acceleration to a velocity.
     ///
-    /// Letting the acceleration go at once ends at v + a|a|/2j. From there it is decided whether more or less is needed; the
-    /// acceleration then goes to a peak and back, held at the limit if it comes that far. An acceleration above the limit is led back first.
+    /// Letting the acceleration go at once ends at v + a|a|/2j. From there it is decided whether more or less is
+    /// needed; the acceleration then goes to a peak and back, held at the limit if it comes that far. An acceleration
+    /// above the limit is led back first.
     fn new(velocity: f64, acceleration: f64, to: f64, rates: Rates) -> Self {
         let jerk = rates.jerk;
         let needed = to - released(velocity, acceleration, jerk);
@@ -113,8 +115,8 @@ fn released(velocity: f64, acceleration: f64, jerk: f64) -> f64 {
 
 /// [`Plan::to_velocity`] with limited jerk.
 ///
-/// Interpretation: where the motion turns round, the acceleration goes through the standstill and keeps the smaller of both limits, unless
-/// it is quicker to come to rest first.
+/// Interpretation: where the motion turns round, the acceleration goes through the standstill and keeps the smaller
+/// of both limits, unless it is quicker to come to rest first.
 pub(super) fn to_velocity(start: PathState, velocity: f64, limits: &Limits) -> Plan {
     let ramp_to = |velocity: f64, rate: f64| {
         let rates = limits.rates(rate, rate);
@@ -146,13 +148,13 @@ pub(super) fn to_velocity(start: PathState, velocity: f64, limits: &Limits) -> P
 
 /// [`Plan::to_target`] with limited jerk.
 ///
-/// Time-optimal from rest, and from any state that accelerates towards the target or not at all and keeps `v_max`. In other cases
-/// every phase still uses one limit up.
+/// Time-optimal from rest, and from any state that accelerates towards the target or not at all and keeps `v_max`. In
+/// other cases every phase still uses one limit up.
 ///
-/// Interpretations: a motion that has to turn round keeps the smaller of both accelerations until it is under way, unless it is
-/// quicker to come to rest first. From above `v_max` it comes down to the greatest velocity, at most `v_max`, from which the target
-/// can be reached. With `v_end` > 0 and a way too short for it, the target is crossed with the nearest velocity that can be reached; if that
-/// is still changing, the end is the crossing.
+/// Interpretations: a motion that has to turn round keeps the smaller of both accelerations until it is under way,
+/// unless it is quicker to come to rest first. From above `v_max` it comes down to the greatest velocity, at most
+/// `v_max`, from which the target can be reached. With `v_end` > 0 and a way too short for it, the target is crossed
+/// with the nearest velocity that can be reached; if that is still changing, the end is the crossing.
 pub(super) fn to_target(start: PathState, target: i64, limits: &Limits, v_end: f64) -> Plan {
     let target = target.saturating_sub(start.position) as f64;
     let state = State {
@@ -192,7 +194,8 @@ pub(super) fn to_target(start: PathState, target: i64, limits: &Limits, v_end: f
     if stopped.end() < direct.end() { stopped } else { direct }
 }
 
-/// Goes on from a state, at which the strip has come to, to the target. `left` is the way from the nearest place to stop at to the target.
+/// Goes on from a state, at which the strip has come to, to the target. `left` is the way from the nearest place to
+/// stop at to the target.
 fn approach(mut strip: Strip, state: State, target: f64, limits: &Limits, v_end: f64, left: f64) -> Plan {
     let way = target - state.position;
     let free = released(state.velocity, state.acceleration, limits.jerk);
@@ -376,7 +379,8 @@ fn position_after(mut state: State, ramp: &Ramp, mut time: f64) -> f64 {
     state.position
 }
 
-/// The last number from `good` towards `bad` at which `holds`; both may be the smaller one. Down to neighbouring floats.
+/// The last number from `good` towards `bad` at which `holds`; both may be the smaller one. Down to neighbouring
+/// floats.
 fn halve(mut good: f64, mut bad: f64, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..200 {
         let middle = 0.5 * (good + bad);

@@ -25,8 +25,8 @@ pub(crate) struct LoopArgs {
     /// Period of the current controller, 10…250 µs: 125 at a chopping frequency of 8 kHz, 62.5 at 16 kHz.
     #[arg(long, value_name = "US", default_value = "125", value_parser = parse_tick)]
     tick: u64,
-    /// A code and its value, such as C0070=6.5 or C0254/0=0.8; may be repeated. Between two steps of the code it is cut, as in the drive. The other
-    /// codes are those of the film feed.
+    /// A code and its value, such as C0070=6.5 or C0254/0=0.8; may be repeated. Between two steps of the code it is
+    /// cut, as in the drive. The other codes are those of the film feed.
     #[arg(long = "set", value_name = "Cxxxx/y=VALUE", value_parser = parse_setting)]
     settings: Vec<Setting>,
     /// One JSON object on standard output instead of the table.

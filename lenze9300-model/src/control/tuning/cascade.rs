@@ -15,9 +15,9 @@ use crate::{AxisParams, ControllerCodes};
 /// T_n  = 3 T_I'                       speed loop, thesis' reading
 /// ```
 ///
-/// DEVIATION: the thesis tunes the speed controller on the current loop alone. Here the delays that a speed controller of its
-/// own period adds are counted too: half a period of hold, and the lag 2ζ/ω of the converter that reads the speed. Without
-/// them the phase margin of the speed loop falls from 44° to 29°.
+/// DEVIATION: the thesis tunes the speed controller on the current loop alone. Here the delays that a speed
+/// controller of its own period adds are counted too: half a period of hold, and the lag 2ζ/ω of the converter that
+/// reads the speed. Without them the phase margin of the speed loop falls from 44° to 29°.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cascade {
     /// Current controller, V/A and s (formulas I and II).
@@ -44,7 +44,8 @@ impl Cascade {
 
     /// The codes that come nearest to these gains: cut to the range and rounded to the step of each code.
     ///
-    /// C0070 refers to the torque at C0022 and to C0011, which are taken from the axis. Ranges and steps: 9300 facts 4.4.
+    /// C0070 refers to the torque at C0022 and to C0011, which are taken from the axis. Ranges and steps: 9300 facts
+    /// 4.4.
     #[must_use]
     pub fn to_codes(&self, params: &AxisParams) -> ControllerCodes {
         let volts_per_ampere = params.scaling.nominal_link_v / (SQRT_2 * params.scaling.device_i_max_a);

@@ -63,12 +63,13 @@ pub enum IdentifyError {
 /// ∫ M dt = J Δω + M_C ∫ sgn ω dt + b ∫ ω dt
 /// ```
 ///
-/// Integrating spares the derivative of a noisy speed. Windows that stand or turn round are left out: there friction takes any
-/// value. A constant load torque cannot be told from friction in a feed of one direction and is counted to it.
+/// Integrating spares the derivative of a noisy speed. Windows that stand or turn round are left out: there friction
+/// takes any value. A constant load torque cannot be told from friction in a feed of one direction and is counted to
+/// it.
 ///
-/// Choose windows of 5 to 20 ms: shorter ones are noisy, longer ones blur the ramps. Record as fast as the controllers run: the speed
-/// set-value steps once a millisecond, the torque answers with a ripple of that period, and a trace taken once a
-/// millisecond always meets the same place of it (inertia some 3 % low).
+/// Choose windows of 5 to 20 ms: shorter ones are noisy, longer ones blur the ramps. Record as fast as the
+/// controllers run: the speed set-value steps once a millisecond, the torque answers with a ripple of that period,
+/// and a trace taken once a millisecond always meets the same place of it (inertia some 3 % low).
 ///
 /// # Errors
 /// [`IdentifyError`]: every variant.
@@ -112,7 +113,8 @@ pub fn identify_mechanics(trace: &[TraceSample], dt_s: f64, window: usize) -> Re
     let columns = rows.iter().fold(Vector3::zeros(), |sum: Vector3<f64>, (row, _)| {
         sum + row.component_mul(row)
     });
-    // Columns brought to length 1, so that the condition of the matrix means something. Without acceleration the first is 0.
+    // Columns brought to length 1, so that the condition of the matrix means something. Without acceleration the
+    // first is 0.
     let scale = columns.map(|square| if square > 0.0 { 1.0 / square.sqrt() } else { 0.0 });
     let mut normal = Matrix3::zeros();
     let mut right = Vector3::zeros();
@@ -144,7 +146,8 @@ pub fn identify_mechanics(trace: &[TraceSample], dt_s: f64, window: usize) -> Re
     })
 }
 
-/// Change of speed, time with sign of the direction, way; and the momentum of the motor. `None` when it stood or turned round.
+/// Change of speed, time with sign of the direction, way; and the momentum of the motor. `None` when it stood or
+/// turned round.
 fn row(samples: &[TraceSample], dt_s: f64) -> Option<(Vector3<f64>, f64)> {
     let (first, last) = (samples.first()?, samples.last()?);
     let direction = first.omega_rad_s.signum();

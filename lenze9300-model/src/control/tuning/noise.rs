@@ -2,8 +2,8 @@ use crate::plant::FeedbackParams;
 
 /// How far the noise of the resolver lets the speed gain go.
 ///
-/// Noise of the position reaches the torque set-value through the tracking loop and the proportional part: σ_M = K_p σ_ω. A
-/// ripple that is to stay below some torque bounds K_p.
+/// Noise of the position reaches the torque set-value through the tracking loop and the proportional part: σ_M = K_p
+/// σ_ω. A ripple that is to stay below some torque bounds K_p.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseLimit {
     /// Standard deviation of the speed that the controller sees, rad/s.
@@ -13,7 +13,8 @@ pub struct NoiseLimit {
 }
 
 impl NoiseLimit {
-    /// For white noise of `position_rms_inc` (standard deviation, increments, one value a tick) and a torque ripple of at most
+    /// For white noise of `position_rms_inc` (standard deviation, increments, one value a tick) and a torque ripple
+    /// of at most
     /// `torque_rms_nm` (standard deviation, Nm).
     #[must_use]
     pub fn new(feedback: &FeedbackParams, tick_s: f64, position_rms_inc: f64, torque_rms_nm: f64) -> Self {
@@ -27,8 +28,8 @@ impl NoiseLimit {
 
 /// Standard deviation of the read speed, rad/s, for white position noise of one increment (standard deviation) a tick.
 ///
-/// The tracking loop is linear: the variance is the sum of the squares of its answer to a single increment. The poles are those
-/// of [`FeedbackParams`]; the sum ends when what is left is below 1e-12 of it.
+/// The tracking loop is linear: the variance is the sum of the squares of its answer to a single increment. The poles
+/// are those of [`FeedbackParams`]; the sum ends when what is left is below 1e-12 of it.
 #[must_use]
 pub fn speed_noise_gain(feedback: &FeedbackParams, tick_s: f64) -> f64 {
     let gains = feedback.tracking_gains(tick_s);

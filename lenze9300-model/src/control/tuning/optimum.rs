@@ -7,10 +7,10 @@ use crate::control::PiGains;
 
 /// Magnitude optimum for a PI controller and a first-order plant, formulas I and II.
 ///
-/// The plant is V_S/(1 + T_S s), behind a power stage 1/(1 + T_Σ s). T_N = T_S cancels the plant's pole and leaves the open
-/// loop K_p V_S / (T_S s (1 + T_Σ s)). The closed loop is 1/(1 + s T_S/(K_p V_S) + s² T_S T_Σ/(K_p V_S)); its
-/// magnitude stays at 1 up to the highest frequency when the coefficient of ω² in its square vanishes:
-/// (T_S/(K_p V_S))² = 2 T_S T_Σ/(K_p V_S), hence
+/// The plant is V_S/(1 + T_S s), behind a power stage 1/(1 + T_Σ s). T_N = T_S cancels the plant's pole and leaves
+/// the open loop K_p V_S / (T_S s (1 + T_Σ s)). The closed loop is 1/(1 + s T_S/(K_p V_S) + s² T_S T_Σ/(K_p V_S));
+/// its magnitude stays at 1 up to the highest frequency when the coefficient of ω² in its square vanishes: (T_S/(K_p
+/// V_S))² = 2 T_S T_Σ/(K_p V_S), hence
 ///
 /// ```text
 /// K_p = T_S / (V_S · 2 T_Σ)   (I)        T_N = T_S   (II)
@@ -29,16 +29,16 @@ pub fn magnitude_optimum(v_s: f64, t_s: f64, t_sigma_s: f64) -> PiGains {
 
 /// Symmetrical optimum for a PI controller and an integrating plant, formulas III and IV.
 ///
-/// The plant is 1/(J s), behind a current loop taken as 1/(1 + T_I s). The open loop K_p (1 + T_N s)/(T_N s · J s · (1 + T_I s)) has its
-/// largest phase margin at ω = 1/√(T_N T_I), the middle of its two corners on the logarithmic axis. With T_N = 4 T_I the gain
-/// is 1 there for K_p = J/√(T_N T_I):
+/// The plant is 1/(J s), behind a current loop taken as 1/(1 + T_I s). The open loop K_p (1 + T_N s)/(T_N s · J s ·
+/// (1 + T_I s)) has its largest phase margin at ω = 1/√(T_N T_I), the middle of its two corners on the logarithmic
+/// axis. With T_N = 4 T_I the gain is 1 there for K_p = J/√(T_N T_I):
 ///
 /// ```text
 /// K_p = J / (2 T_I)   (III)        T_N = 4 T_I   (IV)
 /// ```
 ///
-/// The step response overshoots by 43 %, because of the controller's zero; a set-value filter of T_N or ramps remove it.
-/// J in kg m², K_p in Nm·s/rad.
+/// The step response overshoots by 43 %, because of the controller's zero; a set-value filter of T_N or ramps remove
+/// it. J in kg m², K_p in Nm·s/rad.
 #[doc(alias = "Symmetrisches Optimum")]
 #[must_use]
 pub fn symmetrical_optimum(j_total_kg_m2: f64, t_i_reg_s: f64) -> PiGains {
@@ -50,8 +50,9 @@ pub fn symmetrical_optimum(j_total_kg_m2: f64, t_i_reg_s: f64) -> PiGains {
 
 /// Position gain after the magnitude optimum, formula V, in 1/s: k_v = T_i / (2 T_n).
 ///
-/// The plant is T_i s in the denominator, behind a speed loop taken as 1/(1 + T_n s). `t_i` is 1 when position and speed have
-/// matching units (rad and rad/s); the thesis' 60/resolution is the same integrator between rpm and encoder steps.
+/// The plant is T_i s in the denominator, behind a speed loop taken as 1/(1 + T_n s). `t_i` is 1 when position and
+/// speed have matching units (rad and rad/s); the thesis' 60/resolution is the same integrator between rpm and
+/// encoder steps.
 #[doc(alias = "Lageverstärkung")]
 #[must_use]
 pub fn position_gain(t_i: f64, t_n_reg_s: f64) -> f64 {
@@ -90,9 +91,9 @@ pub fn speed_loop_time_s(t_i_reg_s: f64) -> f64 {
 
 /// Largest following error of a jump of the acceleration, with exact speed feed-forward and no torque feed-forward.
 ///
-/// Position P and speed PI around J give e(s) = α / (s³ + (K_p/J)(s + k_v)(s + 1/T_N)) for a jump of `alpha`, with the current loop
-/// taken as ideal. The peak is found by stepping this equation in time; `alpha` may have any unit of acceleration and the
-/// result has that of its way. A load torque M that appears at once counts as alpha = M/J.
+/// Position P and speed PI around J give e(s) = α / (s³ + (K_p/J)(s + k_v)(s + 1/T_N)) for a jump of `alpha`, with
+/// the current loop taken as ideal. The peak is found by stepping this equation in time; `alpha` may have any unit of
+/// acceleration and the result has that of its way. A load torque M that appears at once counts as alpha = M/J.
 #[must_use]
 pub fn peak_following_error(alpha: f64, speed_gains: PiGains, j_total_kg_m2: f64, k_v_per_s: f64) -> f64 {
     let a2 = speed_gains.k_p / j_total_kg_m2;
