@@ -308,7 +308,7 @@ impl<const N: usize> TokenUser for Cyclic<N> {
                     return;
                 }
                 let context = context(&self.config, place);
-                let report = handler.confirm(now, started, outcome, &context);
+                let report = handler.confirm(now, started, &outcome, &context);
                 if report.exchanged {
                     self.statistics.exchanges += 1;
                     self.statistics.last_exchange = now - started;

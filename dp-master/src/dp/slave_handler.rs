@@ -300,6 +300,7 @@ impl SlaveHandler {
     }
 
     /// What to do in this cycle when it [is due](Self::is_due).
+    #[inline]
     pub(super) fn next_action(&self, now: Instant, master: Address, mode: Mode) -> Action<'_> {
         let request = |sap: Option<u8>, data| {
             let fc = FunctionCode::request(self.fcb.current(), RequestFunction::SrdHigh);
@@ -325,11 +326,12 @@ impl SlaveHandler {
     }
 
     /// The request of [`next_action`](Self::next_action) has ended.
+    #[inline]
     pub(super) fn confirm(
         &mut self,
         now: Instant,
         started: Instant,
-        outcome: Outcome<'_>,
+        outcome: &Outcome<'_>,
         context: &Context,
     ) -> Report {
         let mut report = Report {
@@ -372,40 +374,40 @@ impl SlaveHandler {
                         | ResponseFunction::DataHighNoResource
                 );
         }
-        let answer = Answer::of(outcome);
         let before = self.state;
-        report.event = match self.state {
-            SlaveState::Offline | SlaveState::Refused => self.found(now, answer, context),
-            SlaveState::WaitPrm | SlaveState::WaitCfg => match answer {
+        match self.state {
+            SlaveState::Offline | SlaveState::Refused => report.event = self.found(now, Answer::of(outcome), context),
+            SlaveState::WaitPrm | SlaveState::WaitCfg => match Answer::of(outcome) {
                 Answer::Acknowledged => {
                     self.state = if self.state == SlaveState::WaitPrm {
                         SlaveState::WaitCfg
                     } else {
                         SlaveState::WaitReady
                     };
-                    None
                 }
                 Answer::Data { .. } => {
                     self.rejected = Some(ResponseFunction::DataLow);
                     self.state = SlaveState::WaitReady;
-                    None
                 }
                 Answer::Negative(function) => {
                     self.rejected = Some(function);
                     self.state = SlaveState::WaitReady;
-                    None
                 }
             },
-            SlaveState::WaitReady => self.check(now, answer, context),
-            SlaveState::DataExchange if self.diag_due => self.diagnosed(now, answer, context),
+            SlaveState::WaitReady => report.event = self.check(now, Answer::of(outcome), context),
+            SlaveState::DataExchange if self.diag_due => {
+                report.event = self.diagnosed(now, Answer::of(outcome), context);
+            }
             SlaveState::DataExchange => {
                 self.due = started + self.config.min_slave_interval;
                 let before = self.exchanges;
-                let event = self.exchanged(now, answer, context);
+                // Nothing is moved when there is nothing to tell: nearly always.
+                if let Some(event) = self.exchanged(now, Answer::of(outcome), context) {
+                    report.event = Some(event);
+                }
                 report.exchanged = self.exchanges != before;
-                event
             }
-        };
+        }
         report.entered = self.state == SlaveState::DataExchange && before != SlaveState::DataExchange;
         report
     }
@@ -577,6 +579,7 @@ impl SlaveHandler {
     /// | RS, UE, codes without a name, another length | – | – | start-up |
     ///
     /// Source: IEC 61158-6-3, slave handler in the state DATA.
+    #[inline]
     fn exchanged(&mut self, now: Instant, answer: Answer<'_>, context: &Context) -> Option<MasterEvent> {
         let expected = self.inputs.len();
         let cause = match answer {
@@ -688,8 +691,9 @@ enum Answer<'a> {
 }
 
 impl<'a> Answer<'a> {
-    fn of(outcome: Outcome<'a>) -> Self {
-        let Outcome::Response { header, data } = outcome else {
+    #[inline]
+    fn of(outcome: &Outcome<'a>) -> Self {
+        let &Outcome::Response { header, data } = outcome else {
             return Self::Acknowledged;
         };
         let FunctionCode::Response { function, .. } = header.fc else {

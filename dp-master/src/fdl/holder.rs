@@ -53,14 +53,17 @@ impl Core {
                 return self.begin_pass(now, buf, user);
             };
             match user.next_action(now, access) {
-                Action::Send { header, data, repeat } => {
+                Action::Send {
+                    ref header,
+                    data,
+                    repeat,
+                } => {
                     let high = header.fc.is_high_priority();
                     if access == Access::High && !high {
                         return self.begin_pass(now, buf, user);
                     }
                     // Eight octets go out as SD2, as real masters send them: not every slave knows SD3.
-                    let telegram = Telegram::Data { header, data };
-                    let Ok(len) = telegram.encode_without_sd3(&mut self.request.octets) else {
+                    let Ok(len) = header.encode_without_sd3(data, buf) else {
                         // Only a user that exceeds a telegram gets here; asking it again at once would never end.
                         self.timers.start(Timer::Pause, now + self.times.slot);
                         let outcome = Outcome::NoAnswer;
@@ -71,18 +74,19 @@ impl Core {
                         self.time.serve_high();
                     }
                     self.worked = true;
-                    self.request.len = len;
+                    self.request.keep(buf, len);
                     self.request.peer = header.da;
                     self.request.started = now;
                     self.request.attempts_left = match repeat {
                         Repeat::UpToLimit => self.params.retry_limit,
                         Repeat::Never => 0,
                     };
-                    return if header.fc.expects_reply() && !header.da.is_broadcast() {
-                        self.send_request(buf)
+                    let what = if header.fc.expects_reply() && !header.da.is_broadcast() {
+                        Sending::Request
                     } else {
-                        self.send_unacknowledged(buf)
+                        Sending::Unacknowledged
                     };
+                    return Some(self.request_goes_out(what, len));
                 }
                 Action::WaitUntil(until) if self.ring.is_alone() => return self.wait(now, until, buf, user),
                 // Whoever waits in a ring lets the others work.
@@ -270,7 +274,8 @@ impl Core {
         if let Some(left) = self.request.attempts_left.checked_sub(1) {
             self.request.attempts_left = left;
             self.statistics.retries += 1;
-            return self.send_request(buf);
+            let len = self.request.write(buf)?;
+            return Some(self.request_goes_out(Sending::Request, len));
         }
         self.state = State::CheckAccessTime;
         let started = self.request.started;
@@ -279,28 +284,16 @@ impl Core {
         self.use_token(now, buf, user)
     }
 
+    /// The request lies in the buffer of the line.
     #[inline]
-    fn send_request(&mut self, buf: &mut [u8; MAX_TELEGRAM]) -> Option<usize> {
-        let len = self.copy_request(buf)?;
-        self.sending = Sending::Request;
-        self.state = State::AwaitDataResponse(Answer::Expected);
-        Some(len)
-    }
-
-    fn send_unacknowledged(&mut self, buf: &mut [u8; MAX_TELEGRAM]) -> Option<usize> {
-        let len = self.copy_request(buf)?;
-        self.sending = Sending::Unacknowledged;
-        self.state = State::CheckAccessTime;
-        Some(len)
-    }
-
-    #[inline]
-    fn copy_request(&mut self, buf: &mut [u8; MAX_TELEGRAM]) -> Option<usize> {
-        let len = self.request.len;
-        let (target, source) = (buf.get_mut(..len)?, self.request.octets.get(..len)?);
-        target.copy_from_slice(source);
+    fn request_goes_out(&mut self, what: Sending, len: usize) -> usize {
         self.statistics.sent += 1;
-        Some(len)
+        self.state = match what {
+            Sending::Request => State::AwaitDataResponse(Answer::Expected),
+            _ => State::CheckAccessTime,
+        };
+        self.sending = what;
+        len
     }
 
     /// A valid telegram while the token is ours.
@@ -312,7 +305,9 @@ impl Core {
                 State::AwaitDataResponse(Answer::Expected)
                     if header.sa == self.request.peer && header.da == self.address =>
                 {
-                    self.succeed(now, Outcome::Response { header, data }, user);
+                    let outcome = Outcome::Response { header, data };
+                    let started = self.request.started;
+                    self.succeed(now, Confirmation { started, outcome }, user);
                 }
                 State::AwaitStatusResponse { asked, since } if header.sa == asked && header.da == self.address => {
                     self.status_answered(now, asked, since, header, user);
@@ -320,7 +315,9 @@ impl Core {
                 _ => self.reject(),
             },
             Telegram::ShortAck if self.state == State::AwaitDataResponse(Answer::Expected) => {
-                self.succeed(now, Outcome::Acknowledged, user);
+                let outcome = Outcome::Acknowledged;
+                let started = self.request.started;
+                self.succeed(now, Confirmation { started, outcome }, user);
             }
             Telegram::ShortAck => self.reject(),
         }
@@ -337,14 +334,14 @@ impl Core {
         }
     }
 
-    fn succeed<U: TokenUser>(&mut self, now: Instant, outcome: Outcome<'_>, user: &mut U) {
+    #[inline]
+    fn succeed<U: TokenUser>(&mut self, now: Instant, confirmation: Confirmation<'_>, user: &mut U) {
         self.timers.stop(Timer::Slot);
         self.timers.stop(Timer::Reception);
         self.reception = None;
         self.state = State::CheckAccessTime;
         self.timers.start(Timer::Pause, now + self.times.id1);
-        let started = self.request.started;
-        user.confirm(now, Confirmation { started, outcome });
+        user.confirm(now, confirmation);
     }
 
     fn status_answered<U: TokenUser>(

@@ -11,8 +11,9 @@ use crate::wire::{SC, SD1, SD2, SD3, SD4};
 /// (spoiled start), the longest telegram is assumed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reception {
-    /// When the first character ended.
-    first_end: Instant,
+    /// When the first piece ended, and how many characters it had.
+    piece_end: Instant,
+    piece: usize,
     characters: usize,
     /// First two characters, as far as they were readable.
     head: [Option<u8>; 2],
@@ -20,20 +21,21 @@ pub(super) struct Reception {
 
 impl Reception {
     /// Begins with the characters that ended at `now`.
-    pub(super) fn begin(now: Instant, octets: &[u8], baud: Baud) -> Self {
-        let mut reception = Self {
-            first_end: now - baud.characters(octets.len().saturating_sub(1)),
-            characters: 0,
-            head: [None; 2],
-        };
-        reception.extend(octets);
-        reception
+    #[inline]
+    pub(super) fn begin(now: Instant, octets: &[u8]) -> Self {
+        Self {
+            piece_end: now,
+            piece: octets.len(),
+            characters: octets.len(),
+            head: [octets.first().copied(), octets.get(1).copied()],
+        }
     }
 
     /// Begins with a character that could not be read.
     pub(super) fn begin_spoiled(now: Instant) -> Self {
         Self {
-            first_end: now,
+            piece_end: now,
+            piece: 1,
             characters: 1,
             head: [None; 2],
         }
@@ -63,7 +65,8 @@ impl Reception {
             _ => MAX_TELEGRAM,
         };
         let characters = expected.max(self.characters);
-        self.first_end + baud.characters(characters - 1)
+        let first_end = self.piece_end - baud.characters(self.piece.saturating_sub(1));
+        first_end + baud.characters(characters - 1)
     }
 
     /// The longest a telegram can take after its first character.
@@ -80,7 +83,7 @@ mod tests {
     fn the_announced_length_gives_the_end() {
         let baud = Baud::B500000; // 11 bits = 22 µs
         let at = |micros| Instant::ZERO + Duration::from_micros(micros);
-        let mut reception = Reception::begin(at(1000), &[SD2], baud);
+        let mut reception = Reception::begin(at(1000), &[SD2]);
         assert_eq!(reception.end(baud), at(1000 + 254 * 22));
         reception.extend(&[0x05]);
         // LE 5: 11 characters in all

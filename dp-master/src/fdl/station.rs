@@ -184,10 +184,9 @@ impl ActiveStation {
         }
         self.notice_gap(now, octets.len());
         let Self { decoder, core } = self;
-        let baud = core.params.baud;
         match &mut core.reception {
             Some(reception) => reception.extend(octets),
-            none => *none = Some(Reception::begin(now, octets, baud)),
+            none => *none = Some(Reception::begin(now, octets)),
         }
         core.line_active(now, user);
         decoder.push(octets, |found| core.handle(now, found, user));
@@ -330,6 +329,26 @@ pub(super) struct Pending {
     pub(super) peer: Address,
     pub(super) attempts_left: u8,
     pub(super) started: Instant,
+}
+
+impl Pending {
+    /// Keeps what is being sent, so that it can be repeated.
+    ///
+    /// Copied from the line's buffer and not the other way round: what has just been written is read slowly, and nobody waits for the copy.
+    #[inline]
+    pub(super) fn keep(&mut self, telegram: &[u8; MAX_TELEGRAM], len: usize) {
+        if let (Some(target), Some(source)) = (self.octets.get_mut(..len), telegram.get(..len)) {
+            target.copy_from_slice(source);
+            self.len = len;
+        }
+    }
+
+    /// The same octets again, to the front of `buf`.
+    pub(super) fn write(&self, buf: &mut [u8; MAX_TELEGRAM]) -> Option<usize> {
+        let (target, source) = (buf.get_mut(..self.len)?, self.octets.get(..self.len)?);
+        target.copy_from_slice(source);
+        Some(self.len)
+    }
 }
 
 /// An answer to another master; none that this station gives has data.

@@ -70,6 +70,16 @@ impl Header {
             ..self
         }
     }
+
+    /// [`Telegram::encode_without_sd3`] of a data telegram whose parts are not put together first.
+    ///
+    /// # Errors
+    ///
+    /// As [`Telegram::encode`].
+    #[inline]
+    pub(crate) fn encode_without_sd3(&self, data: &[u8], buf: &mut [u8; MAX_TELEGRAM]) -> Result<usize, EncodeError> {
+        write_data(self, data, buf, Sd3::Never)
+    }
 }
 
 /// Why a telegram has no octets.
@@ -159,6 +169,7 @@ impl<'a> Telegram<'a> {
     /// # Errors
     ///
     /// As [`encode`](Self::encode).
+    #[inline]
     pub fn encode_without_sd3(&self, buf: &mut [u8; MAX_TELEGRAM]) -> Result<usize, EncodeError> {
         self.write(buf, Sd3::Never)
     }
