@@ -11,6 +11,7 @@ use dp_master::fdl::{
 use dp_master::station::{LineError, MAX_TELEGRAM};
 use dp_master::time::{Baud, BitTimes, Duration, Instant};
 use dp_master::wire::{Fcb, FunctionCode, Header, RequestFunction, ResponseFunction, StationType, Telegram};
+use proptest::prelude::*;
 
 const BAUD: Baud = Baud::B1500000;
 const TS: u8 = 5;
@@ -499,4 +500,66 @@ fn hold_time_used_up_by_high_priority_leaves_none_for_low() {
     assert_eq!(starts[..3], [37, 308, 579]);
     assert_eq!(sent[3].1, token(TS, 1));
     assert_eq!(bench.user.requests, [RequestFunction::SdnLow]);
+}
+
+/// Something on the line.
+#[derive(Debug, Clone)]
+enum Heard {
+    Token(u8, u8),
+    Status(u8, u8),
+    Request(u8, u8),
+    Octets(Vec<u8>),
+    Error,
+}
+
+fn heard() -> impl Strategy<Value = Heard> {
+    let address = || prop::sample::select(vec![0u8, 1, 4, TS, 7, 40, 126]);
+    prop_oneof![
+        4 => (address(), address()).prop_map(|(sa, da)| Heard::Token(sa, da)),
+        2 => (address(), address()).prop_map(|(sa, da)| Heard::Status(sa, da)),
+        2 => (address(), address()).prop_map(|(sa, da)| Heard::Request(sa, da)),
+        1 => prop::collection::vec(any::<u8>(), 1..20).prop_map(Heard::Octets),
+        1 => Just(Heard::Error),
+    ]
+}
+
+proptest! {
+    /// Whatever is heard: deadlines move on, nothing is sent within Tsyn behind a character that was heard, and when the line falls
+    /// silent the station works alone.
+    #[test]
+    fn whatever_it_hears_a_station_keeps_its_times_and_works_when_the_others_are_gone(
+        sequence in prop::collection::vec((heard(), prop_oneof![Just(TID1), 12u64..400, 1_000u64..9_000]), 0..60),
+    ) {
+        let mut bench = Bench::new();
+        for (heard, pause) in sequence {
+            let silent = bench.now;
+            for (at, octets) in bench.quiet(bits(pause)) {
+                // An answer has min Tsdr, everything else Tid1, which holds Tsyn = 33.
+                let least = if octets[0] == 0x10 && octets[2] == TS && octets[3] & 0x40 == 0 { TSDR } else { 33 };
+                prop_assert!(at - silent >= bits(least));
+            }
+            prop_assert!(bench.station.poll_timeout().is_none_or(|due| due > bench.now));
+            match heard {
+                Heard::Token(sa, da) => bench.hear(&token(sa, da)),
+                Heard::Status(sa, da) => {
+                    let fc = FunctionCode::request(Fcb::Inactive, RequestFunction::FdlStatus);
+                    bench.hear_telegram(Telegram::no_data(at(da), at(sa), fc));
+                }
+                Heard::Request(sa, da) => {
+                    let fc = FunctionCode::request(Fcb::First, RequestFunction::SrdHigh);
+                    bench.hear_telegram(Telegram::no_data(at(da), at(sa), fc));
+                }
+                Heard::Octets(octets) => bench.hear(&octets),
+                Heard::Error => {
+                    bench.now += BAUD.characters(1);
+                    bench.station.handle_line_error(bench.now, LineError::Framing, &mut bench.user);
+                }
+            }
+        }
+        // The pause after a duplicate address, Ttimeout, and every address that was heard offered the token three times.
+        bench.quiet(Duration::from_millis(1_000));
+        bench.quiet(bits((6 + 2 * u64::from(TS)) * TSL + 255 * 11 + 8 * 3 * (TSL + 33) + 10_000));
+        prop_assert_eq!(bench.station.las().iter().collect::<Vec<_>>(), [at(TS)]);
+        prop_assert!(bench.station.is_in_ring());
+    }
 }

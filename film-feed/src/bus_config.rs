@@ -72,7 +72,6 @@ pub fn trouble(event: &MasterEvent) -> Option<String> {
 
 fn ring_trouble(event: RingEvent) -> Option<String> {
     match event {
-        RingEvent::StationJoined(master) => Some(format!("another master (address {master}) shares the line")),
         RingEvent::SecondToken(master) => Some(format!("the master at address {master} spoke out of turn")),
         RingEvent::DuplicateAddress => Some(format!(
             "another master has address {MASTER_ADDRESS}, ours; give it another one"

@@ -1,6 +1,5 @@
 //! What a station does while it has the token: use it, wait for answers, look for newcomers, pass it on.
 
-use super::gap::Gap;
 use super::state::{Answer, Sending, State};
 use super::station::{Core, GapTurn};
 use super::timers::Timer;
@@ -222,7 +221,7 @@ impl Core {
     pub(super) fn status_known(&mut self, now: Instant, asked: Address, since: Instant) {
         self.timers.stop(Timer::Slot);
         self.timers.stop(Timer::Reception);
-        Gap::asked(&mut self.gap, since, now, asked);
+        self.gap.asked(since, now, asked);
         self.state = State::PassToken { attempts: 0 };
     }
 
@@ -237,7 +236,7 @@ impl Core {
     }
 
     /// Silence after the token. It was longer than Tid1, so what follows may be sent at once.
-    pub(super) fn token_not_taken<U: TokenUser>(&mut self, attempts: u8, user: &mut U) {
+    pub(super) fn token_not_taken<U: TokenUser>(&mut self, now: Instant, attempts: u8, user: &mut U) {
         self.statistics.timeouts += 1;
         if attempts < TOKEN_ATTEMPTS {
             self.statistics.token_retries += 1;
@@ -249,7 +248,7 @@ impl Core {
         // No second question with this token.
         self.gap_turn = GapTurn::Taken;
         self.state = State::PassToken { attempts: 0 };
-        user.handle_ring(self.line_free, RingEvent::StationLeft(gone));
+        user.handle_ring(now, RingEvent::StationLeft(gone));
     }
 
     pub(super) fn send_claim(&mut self, left: u8, buf: &mut [u8; MAX_TELEGRAM]) -> Option<usize> {

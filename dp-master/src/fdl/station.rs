@@ -54,7 +54,8 @@ const LONE_SHARE: u64 = 512;
 /// Nobody waits for its token. It passes the token to itself at the end of a user's cycle, and only when the hold time is
 /// used up or 512 times the time of such a token has passed, so that a cycle is not lengthened by it; and in
 /// every pause of the user, well before others would take it for lost. A user that has nothing to send does not hold it at
-/// all. What it costs to look for newcomers is bounded: see `fdl::gap`.
+/// all. Looking for newcomers costs it at most one part in 160 of its time, so a newcomer may wait for 160 slot times for
+/// each address up to HSA: a small HSA helps.
 ///
 /// # Interpretations
 ///
@@ -540,7 +541,7 @@ impl Core {
             }
             // A command that came while the token was being checked; it is obeyed when that is over.
             (Timer::Token, _) => {}
-            (Timer::Slot, State::CheckTokenPass { attempts }) => self.token_not_taken(attempts, user),
+            (Timer::Slot, State::CheckTokenPass { attempts }) => self.token_not_taken(now, attempts, user),
             (Timer::Slot, State::AwaitDataResponse(Answer::Expected)) => {
                 self.statistics.timeouts += 1;
                 // The line has been idle for longer than Tid1 already.
