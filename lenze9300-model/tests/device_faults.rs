@@ -432,6 +432,14 @@ fn a_motor_that_holds_too_much_warns_and_then_trips() {
     drive.write_code(C0043, 0, 0).unwrap();
     steps(&mut drive, 10);
     assert_eq!(drive.status().trip, Some(Fault::Oh3));
+    // Without pulses the load has turned the motor.
+    drive.set_load_torque(0.0);
+    while number(&mut drive, C0063, 0) >= 145 || !drive.status().standstill {
+        steps(&mut drive, 1000);
+    }
+    drive.write_code(C0043, 0, 0).unwrap();
+    steps(&mut drive, 10);
+    assert_eq!(drive.status().trip, None);
 }
 
 #[test]

@@ -390,6 +390,16 @@ impl Drive {
         let link = self.axis.sample().link;
         let following_error = self.following_error.abs();
         let [first, second] = self.limits.following_error;
+        // What was too warm stays so until it has cooled a little: otherwise a TRIP could be reset at once.
+        let before = self.monitor.causes();
+        let too_warm = |fault, now_c: f64, limit_c: f64| {
+            let limit_c = if before.contains(fault) {
+                limit_c - COOLED_K
+            } else {
+                limit_c
+            };
+            now_c > limit_c
+        };
         let causes = self
             .injected
             .with(Fault::Lu, link == LinkState::Undervoltage)
@@ -400,10 +410,19 @@ impl Drive {
             .with(Fault::P14, following_error > first)
             .with(Fault::P15, following_error > second)
             .with(Fault::Oc5, self.utilisation.exceeded())
-            .with(Fault::Oh, self.thermal.heat_sink_c() > HEAT_SINK_MAX_C)
-            .with(Fault::Oh4, self.thermal.heat_sink_c() > self.limits.heat_sink_c)
-            .with(Fault::Oh3, self.thermal.motor_c() > MOTOR_MAX_C)
-            .with(Fault::Oh7, self.thermal.motor_c() > self.limits.motor_c)
+            .with(
+                Fault::Oh,
+                too_warm(Fault::Oh, self.thermal.heat_sink_c(), HEAT_SINK_MAX_C),
+            )
+            .with(
+                Fault::Oh4,
+                too_warm(Fault::Oh4, self.thermal.heat_sink_c(), self.limits.heat_sink_c),
+            )
+            .with(Fault::Oh3, too_warm(Fault::Oh3, self.thermal.motor_c(), MOTOR_MAX_C))
+            .with(
+                Fault::Oh7,
+                too_warm(Fault::Oh7, self.thermal.motor_c(), self.limits.motor_c),
+            )
             .with(Fault::P04, self.record_fault == Some(RecordFault::BelowLimit))
             .with(Fault::P05, self.record_fault == Some(RecordFault::AboveLimit))
             .with(Fault::P06, self.record_fault == Some(RecordFault::NoReference));
@@ -837,6 +856,8 @@ impl Drive {
 const FULL_SPEED: f64 = 16_384.0;
 /// OH: fixed by the device. Assumed, above the greatest C0122.
 const HEAT_SINK_MAX_C: f64 = 90.0;
+/// How far what was too warm must cool. Assumed.
+const COOLED_K: f64 = 5.0;
 /// OH3: fixed by the device (9300 facts 4.9).
 const MOTOR_MAX_C: f64 = 150.0;
 /// Speed below which the axis counts as standing, share of C0011. Assumed (C0019 is 0 as delivered).

@@ -131,6 +131,11 @@ impl Monitor {
         self.trip.is_some_and(|fault| self.causes.contains(fault))
     }
 
+    /// The causes of the last millisecond.
+    pub fn causes(&self) -> FaultSet {
+        self.causes
+    }
+
     /// Whether a fault is stored, or its cause is there.
     pub fn is_present(&self, fault: Fault) -> bool {
         self.trip == Some(fault) || self.causes.contains(fault)
