@@ -28,10 +28,16 @@ pub fn master(
     min_cycle: Duration,
     latency: Duration,
 ) -> Result<(DpMaster<1>, SlaveIndex), RigError> {
-    let params = BusParams::standard(baud).with_latency_allowance(latency);
+    let address = Address::new(MASTER_ADDRESS)?;
+    // Profile DP: only the stations of the project exist, and the PLC is its only master (film-feed specification, sections 1
+    // and 2). Nobody is looked for above it: behind an operating system each address would cost a cycle of 50 ms.
+    let params = BusParams {
+        hsa: address,
+        ..BusParams::standard(baud).with_latency_allowance(latency)
+    };
     let mut master = DpMaster::new(MasterConfig {
         min_cycle,
-        ..MasterConfig::new(Address::new(MASTER_ADDRESS)?, params)
+        ..MasterConfig::new(address, params)
     })?;
     let config = SlaveConfig {
         watchdog: Some(watchdog(baud, min_cycle, latency)?),
