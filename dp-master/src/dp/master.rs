@@ -347,6 +347,11 @@ impl<const N: usize> DpMaster<N> {
         Ok(())
     }
 
+    /// The outputs of a slave as they were set; empty for an index of another master.
+    pub fn outputs(&self, slave: SlaveIndex) -> &[u8] {
+        self.handler(slave).map_or(&[], |handler| handler.outputs.as_slice())
+    }
+
     /// The outputs of a slave, to be changed in place; empty for an index of another master.
     pub fn outputs_mut(&mut self, slave: SlaveIndex) -> &mut [u8] {
         match self.cyclic.slaves.get_mut(slave.position()) {

@@ -325,6 +325,11 @@ impl<P: Port, C: FnMut() -> Instant, S: FnMut(Trace<'_>)> TracedPort<P, C, S> {
         }
     }
 
+    /// The port below.
+    pub const fn port_mut(&mut self) -> &mut P {
+        &mut self.port
+    }
+
     /// The recording ends: what has begun is told as truncated. Gives the port back.
     pub fn finish(mut self) -> P {
         self.tracer.finish(&mut self.sink);

@@ -21,7 +21,7 @@ mod telegram;
 
 pub use control::{Fcb, FunctionCode, RequestFunction, ResponseFunction, StationType};
 pub use decoder::{DecodeError, Decoded, Decoder, DiscardReason, decode_one};
-pub use pretty::{Function, Hex, Pretty, StatusBits};
+pub use pretty::{Function, Hex, ModuleText, Modules, Pretty, StatusBits};
 pub use service::{Service, Side, sap_name};
 pub use telegram::{EncodeError, Header, MAX_DATA, MAX_SAP, Telegram};
 

@@ -437,10 +437,11 @@ impl fmt::Display for Control {
     }
 }
 
-/// One module of a configuration: general or special identifier format.
-struct Module<'a>(&'a [u8]);
+/// One identifier of a configuration, in the general or special format, in words: `F3 = 4 words in+out whole`.
+#[derive(Clone, Copy, Debug)]
+pub struct ModuleText<'a>(&'a [u8]);
 
-impl fmt::Display for Module<'_> {
+impl fmt::Display for ModuleText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} = ", Hex(self.0))?;
         let Some((&identifier, rest)) = self.0.split_first() else {
@@ -497,13 +498,14 @@ const fn special_len(identifier: u8) -> usize {
     1 + lengths as usize + own as usize
 }
 
-/// Divides a configuration into modules.
-struct Modules<'a>(&'a [u8]);
+/// The identifiers of a configuration, one by one.
+#[derive(Clone, Copy, Debug)]
+pub struct Modules<'a>(pub &'a [u8]);
 
 impl<'a> Iterator for Modules<'a> {
-    type Item = Module<'a>;
+    type Item = ModuleText<'a>;
 
-    fn next(&mut self) -> Option<Module<'a>> {
+    fn next(&mut self) -> Option<ModuleText<'a>> {
         let &identifier = self.0.first()?;
         let length = if identifier & 0x30 != 0 {
             1
@@ -512,7 +514,7 @@ impl<'a> Iterator for Modules<'a> {
         };
         let (module, rest) = self.0.split_at(length.min(self.0.len()));
         self.0 = rest;
-        Some(Module(module))
+        Some(ModuleText(module))
     }
 }
 
