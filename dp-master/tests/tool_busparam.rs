@@ -228,3 +228,10 @@ fn what_is_wrong_in_arguments_is_told_in_one_sentence() {
         &["/nonexistent/x.toml cannot be read: No such file or directory (os error 2)"],
     );
 }
+
+#[test]
+fn the_example_in_the_documentation_keeps_all_rules() {
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples/network.toml");
+    let ended = dp(&["busparam", example], "");
+    assert_eq!((ended.code, ended.err.as_str()), (Some(0), ""), "{}", ended.out);
+}

@@ -1,6 +1,9 @@
 //! The program `dp` as a process, for the tests of its commands.
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 
+#[cfg(unix)]
+pub(crate) mod slave;
+
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};

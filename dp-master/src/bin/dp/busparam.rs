@@ -9,13 +9,14 @@ use dp_master::time::{Baud, BitTimes, Duration};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use crate::line_args::parse_station;
 use crate::network::{NetworkFile, centimetres, millis};
 use crate::output::{Outcome, Output, Trouble};
 
 /// What `dp busparam` takes: a file, or the network in arguments.
 #[derive(Debug, Args)]
 pub(crate) struct BusparamArgs {
-    /// The network as a file; docs/network.toml shows one.
+    /// The network as a file; docs/examples/network.toml shows one.
     #[arg(value_name = "NETWORK.toml", conflicts_with_all = ["baud", "profile", "segment", "repeaters", "optical", "master",
         "slave", "hsa", "acyclic", "watchdog", "constant_cycle"])]
     file: Option<PathBuf>,
@@ -35,14 +36,14 @@ pub(crate) struct BusparamArgs {
     #[arg(long, value_name = "MODULES:METRES[:ring]", value_parser = parse_optical)]
     optical: Option<Optical>,
     /// A master; may be given several times.
-    #[arg(long, value_name = "ADDRESS", value_parser = parse_address, default_value = "2")]
+    #[arg(long, value_name = "ADDRESS", value_parser = parse_station, default_value = "2")]
     master: Vec<Address>,
     /// A slave with its octets of outputs and inputs, its max Tsdr and its master if that is not the first, such as 3:16:16 or
     /// 3:16:16:150@2; may be given several times.
     #[arg(long, value_name = "ADDRESS:OUT:IN[:TSDR][@MASTER]", value_parser = parse_slave)]
     slave: Vec<(SlaveLoad, Option<Address>)>,
     /// Highest address of a master, 0…126.
-    #[arg(long, value_name = "N", value_parser = parse_address)]
+    #[arg(long, value_name = "N", value_parser = parse_station)]
     hsa: Option<Address>,
     /// Acyclic message cycles of full length for each master in one rotation.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(0..=1000))]
@@ -274,7 +275,7 @@ fn parse_slave(text: &str) -> Result<(SlaveLoad, Option<Address>), String> {
             .to_owned()
     };
     let (load, owner) = match text.split_once('@') {
-        Some((load, owner)) => (load, Some(parse_address(owner)?)),
+        Some((load, owner)) => (load, Some(parse_station(owner)?)),
         None => (text, None),
     };
     let parts: Vec<&str> = load.split(':').collect();
@@ -293,21 +294,12 @@ fn parse_slave(text: &str) -> Result<(SlaveLoad, Option<Address>), String> {
             .ok_or_else(allowed)
     };
     let load = SlaveLoad {
-        address: parse_address(address)?,
+        address: parse_station(address)?,
         outputs: octets(outputs)?,
         inputs: octets(inputs)?,
         t_sdr_max,
     };
     Ok((load, owner))
-}
-
-/// A station address 0…126.
-fn parse_address(text: &str) -> Result<Address, String> {
-    text.parse()
-        .ok()
-        .filter(|value| *value <= 126_u8)
-        .and_then(|value| Address::new(value).ok())
-        .ok_or_else(|| "allowed is an address 0…126".to_owned())
 }
 
 fn parse_millis(text: &str) -> Result<Duration, String> {

@@ -140,6 +140,30 @@ impl<'d> Section<'d> {
         }
     }
 
+    /// `true` or `false`.
+    pub(crate) fn flag(&self, key: &'static str) -> Option<bool> {
+        self.parsed(key, |value| {
+            value.as_bool().ok_or_else(|| "allowed is true or false".to_owned())
+        })
+    }
+
+    /// Whether there is such a key.
+    pub(crate) fn has(&self, key: &str) -> bool {
+        self.table.contains_key(key)
+    }
+
+    /// Keys that are allowed and were not asked for.
+    pub(crate) fn ignore(&self, keys: &[&'static str]) {
+        self.known.borrow_mut().extend(keys);
+    }
+
+    /// Every key with its value, of a table whose keys are names that the user chose.
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = (&'d str, &'d DeValue<'d>)> {
+        self.table
+            .iter()
+            .map(|(key, value)| (key.get_ref().as_ref(), value.get_ref()))
+    }
+
     /// Anything that is read from a value, with a sentence when it is not.
     pub(crate) fn parsed<T>(
         &self,

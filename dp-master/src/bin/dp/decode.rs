@@ -119,6 +119,11 @@ fn octets_of(text: &str, place: &str) -> Result<Vec<u8>, Trouble> {
     Ok(octets)
 }
 
+/// The octets of a short text that is no file.
+pub(crate) fn octets_of_words(text: &str) -> Result<Vec<u8>, Trouble> {
+    octets_of(text, "")
+}
+
 /// Octets from the front, as long as two hexadecimal digits follow each other.
 fn pairs(digits: &str) -> impl Iterator<Item = u8> + '_ {
     digits.as_bytes().chunks(2).map_while(|pair| {

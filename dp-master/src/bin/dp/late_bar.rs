@@ -36,6 +36,11 @@ impl LateBar {
         }
     }
 
+    /// No step, but time has passed.
+    pub(crate) fn tick(&self) {
+        self.advance(0);
+    }
+
     /// A reader whose octets move the bar.
     pub(crate) const fn reading<R>(&self, reader: R) -> Reading<'_, R> {
         Reading { bar: self, reader }

@@ -6,11 +6,23 @@ mod bus_statistics;
 mod busparam;
 mod config_text;
 mod decode;
+mod diag;
+mod gsd_file;
+mod info;
 mod interrupt;
 mod late_bar;
 mod line_args;
+mod list;
 mod network;
 mod output;
+mod read_image;
+mod run;
+mod run_command;
+mod run_config;
+mod run_events;
+mod run_view;
+mod session;
+mod set_address;
 mod sniff;
 mod telegram_record;
 
@@ -35,6 +47,22 @@ enum Command {
     Decode(decode::DecodeArgs),
     /// Listen to a line or read a capture: telegrams and statistics. Never sends.
     Sniff(sniff::SniffArgs),
+    /// Tell who is on a line: every station with its type, slaves with ident number, owner and status.
+    List(list::ListArgs),
+    /// Read the diagnosis of a slave, in words.
+    Diag(diag::DiagArgs),
+    /// Read the configuration that a slave has.
+    GetCfg(read_image::ReadArgs),
+    /// Read the inputs of a slave in data exchange.
+    ReadInputs(read_image::ReadArgs),
+    /// Read the outputs of a slave in data exchange.
+    ReadOutputs(read_image::ReadArgs),
+    /// Give a slave without switches an address.
+    SetAddress(set_address::SetAddressArgs),
+    /// Show a GSD file on one page, with its mistakes by line.
+    Info(info::InfoArgs),
+    /// Run a master with a process image, shown live; outputs are set by typing.
+    Run(run::RunArgs),
     /// Calculate the bus parameters of a network and check its rules.
     Busparam(busparam::BusparamArgs),
 }
@@ -47,6 +75,14 @@ fn main() -> ExitCode {
     let outcome = match &cli.command {
         Command::Decode(args) => decode::decode(args),
         Command::Sniff(args) => sniff::sniff(args),
+        Command::List(args) => list::list(args),
+        Command::Diag(args) => diag::diag(args),
+        Command::GetCfg(args) => read_image::get_cfg(args),
+        Command::ReadInputs(args) => read_image::read_inputs(args),
+        Command::ReadOutputs(args) => read_image::read_outputs(args),
+        Command::SetAddress(args) => set_address::set_address(args),
+        Command::Info(args) => info::info(args),
+        Command::Run(args) => run::run(args),
         Command::Busparam(args) => busparam::busparam(args),
     };
     match outcome {
