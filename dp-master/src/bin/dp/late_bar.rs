@@ -36,6 +36,13 @@ impl LateBar {
         }
     }
 
+    /// Stands at this place, with a text.
+    pub(crate) fn show(&self, place: u64, text: &str) {
+        self.bar.set_message(text.to_owned());
+        self.bar.set_position(place);
+        self.advance(0);
+    }
+
     /// No step, but time has passed.
     pub(crate) fn tick(&self) {
         self.advance(0);

@@ -97,7 +97,7 @@ impl RunView {
         match self.style {
             Style::Json => self.json(at, master, slaves),
             Style::Lines => {
-                let page = self.page(at, master, slaves);
+                let page = self.page(at, master, slaves, Detail::Full);
                 self.out.text(page);
             }
             Style::Screen => self.draw(at, master, slaves),
@@ -115,7 +115,15 @@ impl RunView {
 
     /// The page from the top, each line over the old one, with what is being typed left alone.
     fn draw(&mut self, at: StdDuration, master: &Master, slaves: &[SlaveIndex]) {
-        let mut page = self.page(at, master, slaves);
+        let room = screen_rows().saturating_sub(EVENTS + 4);
+        let mut page = self.page(at, master, slaves, Detail::Full);
+        if page.lines().count() > room {
+            page = self.page(at, master, slaves, Detail::LineEach);
+        }
+        if page.lines().count() > room {
+            let kept: Vec<&str> = page.lines().take(room.saturating_sub(1)).collect();
+            page = format!("{}\n… the screen is too low for the rest\n", kept.join("\n"));
+        }
         page.push('\n');
         for event in &self.events {
             page.push_str(event);
@@ -140,7 +148,7 @@ impl RunView {
         self.out.text(frame);
     }
 
-    fn page(&self, at: StdDuration, master: &Master, slaves: &[SlaveIndex]) -> String {
+    fn page(&self, at: StdDuration, master: &Master, slaves: &[SlaveIndex], detail: Detail) -> String {
         let statistics = master.statistics();
         let mut page = String::new();
         let ring: Vec<String> = master.las().iter().map(|address| address.to_string()).collect();
@@ -172,6 +180,17 @@ impl RunView {
             statistics.discarded
         );
         for (slave, (name, address)) in slaves.iter().zip(&self.names) {
+            if detail == Detail::LineEach {
+                let octets = |image: &[u8]| Hex(image.get(..4).unwrap_or(image)).to_string();
+                let _ = writeln!(
+                    page,
+                    "{address:>3} {name:<12.12} {:<14} in {:<11} out {:<11}",
+                    state_name(master.state(*slave)),
+                    octets(master.inputs(*slave)),
+                    octets(master.outputs(*slave))
+                );
+                continue;
+            }
             let _ = writeln!(
                 page,
                 "\n{address:>3} {name}  {}, {} exchanges",
@@ -234,6 +253,26 @@ impl RunView {
     }
 }
 
+/// How much of a slave is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Detail {
+    /// Everything, over some lines.
+    Full,
+    /// One line with the first octets.
+    LineEach,
+}
+
+/// Rows of the terminal.
+fn screen_rows() -> usize {
+    #[cfg(unix)]
+    if let Ok(size) = rustix::termios::tcgetwinsize(std::io::stdout())
+        && size.ws_row > 0
+    {
+        return size.ws_row.into();
+    }
+    USUAL_ROWS
+}
+
 /// Octets in groups of eight.
 fn image(octets: &[u8]) -> String {
     if octets.is_empty() {
@@ -259,6 +298,8 @@ fn millis_f64(span: Duration) -> f64 {
     span.as_nanos() as f64 / 1e6
 }
 
+/// Rows of a terminal that does not tell.
+const USUAL_ROWS: usize = 24;
 /// Events that stay on the screen.
 const EVENTS: usize = 6;
 const FRAME: StdDuration = StdDuration::from_millis(250);

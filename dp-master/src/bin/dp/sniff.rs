@@ -155,6 +155,11 @@ fn listen(args: &SniffArgs, name: &PortName) -> Outcome {
     let begun = StdInstant::now();
     let mut flushed = begun;
     let mut broken = None;
+    // Where telegrams are shown they tell by themselves that it goes on.
+    let bar = args.quiet.then(|| match args.duration {
+        Some(limit) => LateBar::new(limit.as_millis() as u64, "{bar:40} {msg}, {eta} left"),
+        None => LateBar::new(u64::MAX, "{msg}, ctrl-C ends"),
+    });
     while broken.is_none() && !interrupted() && !view.borrow().is_full() {
         let left = args
             .duration
@@ -169,8 +174,15 @@ fn listen(args: &SniffArgs, name: &PortName) -> Outcome {
         if flushed.elapsed() >= TICK {
             flushed = StdInstant::now();
             view.borrow_mut().flush()?;
+            if let Some(bar) = &bar {
+                bar.show(
+                    begun.elapsed().as_millis() as u64,
+                    &format!("{} telegrams", view.borrow().statistics.telegrams()),
+                );
+            }
         }
     }
+    bar.iter().for_each(LateBar::finish);
     tap.finish();
     drop(tap);
     view.into_inner().end()?;
