@@ -241,6 +241,32 @@ fn a_pulled_adapter_is_reported_and_opened_again_when_it_is_back() {
 }
 
 #[test]
+fn a_terminal_that_somebody_else_got_is_never_written_to() {
+    let link = Scratch::new("stale");
+    let (near, far_path) = PseudoTerminal::open(BAUD).unwrap();
+    // Made by hand, so that it stays behind like that of a program that was killed.
+    std::os::unix::fs::symlink(&far_path, &link.0).unwrap();
+    let mut through_link = ReopeningPort::open(&PortName::Serial(link.0.clone()), BAUD, SerialOptions::default())
+        .unwrap()
+        .port;
+    let mut direct = ReopeningPort::open(&PortName::Serial(far_path), BAUD, SerialOptions::default())
+        .unwrap()
+        .port;
+    drop(near);
+    assert!(matches!(next_event(&mut through_link), PortEvent::Gone { .. }));
+    assert!(matches!(next_event(&mut direct), PortEvent::Gone { .. }));
+    // The system gives the lowest free number, most often the one that has just become free.
+    let _others: Vec<_> = (0..4).map(|_| PseudoTerminal::open(BAUD).unwrap()).collect();
+    let begin = Instant::now();
+    while begin.elapsed() < Duration::from_millis(1_000) {
+        for port in [&mut through_link, &mut direct] {
+            assert_eq!(port.receive(&mut [0; 8], Duration::from_millis(20)).unwrap(), 0);
+            assert!(!port.is_there(), "somebody else's terminal was opened");
+        }
+    }
+}
+
+#[test]
 fn a_server_that_restarts_is_connected_again() {
     let (listener, name) = server();
     let mut port = ReopeningPort::open(&name, BAUD, SerialOptions::default()).unwrap().port;

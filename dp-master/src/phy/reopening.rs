@@ -1,7 +1,7 @@
 //! A port that comes back: a pulled adapter or a closed connection is reported, waited for and opened again.
 
 use std::collections::VecDeque;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::port::{Port, PortError};
 use super::port_name::{AnyPort, OpenPort, PortName, open};
-use super::serial::SerialOptions;
+use super::serial::{SerialOptions, is_pseudo_terminal};
 use crate::time::Baud;
 
 /// A port that is opened again when it is gone.
@@ -103,13 +103,24 @@ impl std::fmt::Display for PortEvent {
 impl ReopeningPort<AnyPort> {
     /// Opens a port of any kind, now and whenever it is gone. A pseudo-terminal of our own never is.
     ///
+    /// The number of a pseudo-terminal that is gone belongs to the next one that anybody opens, a shell perhaps. So the far end of one is
+    /// opened again only through a symbolic link that was made anew.
+    ///
     /// # Errors
     ///
     /// As [`open`]: at first it must be there.
     pub fn open(name: &PortName, baud: Baud, serial: SerialOptions) -> Result<OpenPort<Self>, PortError> {
         let first = open(name, baud, serial)?;
         let name = name.clone();
-        let opener = move || open(&name, baud, serial).map(|again| again.port);
+        let link = Link::of(&name);
+        let opener = move || {
+            if let (Link::PseudoTerminal(old), PortName::Serial(path)) = (&link, &name)
+                && link_identity(path).is_none_or(|new| Some(&new) == old.as_ref())
+            {
+                return Err(PortError::NoSuchPort { path: path.clone() });
+            }
+            open(&name, baud, serial).map(|again| again.port)
+        };
         Ok(OpenPort {
             port: Self::new(first.port, opener),
             notes: first.notes,
@@ -272,6 +283,42 @@ impl<P> std::fmt::Debug for ReopeningPort<P> {
             .field("limit", &self.limit)
             .finish_non_exhaustive()
     }
+}
+
+/// What a name led to when it was opened.
+enum Link {
+    /// The far end of a pseudo-terminal, through this link or directly.
+    PseudoTerminal(Option<LinkIdentity>),
+    /// Anything else.
+    Other,
+}
+
+impl Link {
+    fn of(name: &PortName) -> Self {
+        match name {
+            PortName::Serial(path) if is_pseudo_terminal(path) => Self::PseudoTerminal(link_identity(path)),
+            _ => Self::Other,
+        }
+    }
+}
+
+/// Device, number, and time of making of a symbolic link.
+type LinkIdentity = (u64, u64, i64, i64);
+
+/// `None` for what is no symbolic link.
+#[cfg(unix)]
+fn link_identity(path: &Path) -> Option<LinkIdentity> {
+    use std::os::unix::fs::MetadataExt;
+    let metadata = std::fs::symlink_metadata(path).ok()?;
+    metadata
+        .file_type()
+        .is_symlink()
+        .then(|| (metadata.dev(), metadata.ino(), metadata.ctime(), metadata.ctime_nsec()))
+}
+
+#[cfg(not(unix))]
+fn link_identity(_: &Path) -> Option<LinkIdentity> {
+    None
 }
 
 const FIRST_PAUSE: Duration = Duration::from_millis(100);

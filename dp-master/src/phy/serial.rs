@@ -452,7 +452,7 @@ fn check_path(_: &Path) -> Result<(), PortError> {
 }
 
 /// Whether the path leads to a pseudo-terminal, also through a symbolic link.
-fn is_pseudo_terminal(path: &Path) -> bool {
+pub(super) fn is_pseudo_terminal(path: &Path) -> bool {
     std::fs::canonicalize(path).is_ok_and(|path| path.starts_with("/dev/pts"))
 }
 
