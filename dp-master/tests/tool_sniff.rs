@@ -146,11 +146,19 @@ fn the_statistics_of_a_capture_are_those_of_the_line() {
         .find(|service| service["service"] == "Data_Exchange")
         .unwrap();
     assert_eq!(exchange["requests"], exchange["replies"]);
-    assert!(exchange["requests"].as_u64().unwrap() > 80, "{exchange}");
-    assert!(
-        report["token_rotation_ms"]["2"][1].as_f64().unwrap() <= 1.01,
-        "{report}"
-    );
+    // 100 ms of one cycle a millisecond, less the first search for other masters: 126 slot times of 300 tBIT and what is between them.
+    assert!(exchange["requests"].as_u64().unwrap() > 50, "{exchange}");
+    // A master alone passes the token to itself: the mean is the time from the first to the last one by the rotations between them.
+    let tokens: Vec<Instant> = CaptureReader::new(recorded(None).as_slice())
+        .unwrap()
+        .map(Result::unwrap)
+        .filter(|packet| packet.octets == [0xDC, 0x02, 0x02])
+        .map(|packet| packet.start)
+        .collect();
+    let span = *tokens.last().unwrap() - tokens[0];
+    let mean_ms = span.as_nanos() as f64 / 1e6 / (tokens.len() - 1) as f64;
+    let told = report["token_rotation_ms"]["2"][1].as_f64().unwrap();
+    assert!((told - mean_ms).abs() < 0.001, "{told} ms, by hand {mean_ms} ms");
 }
 
 #[test]
