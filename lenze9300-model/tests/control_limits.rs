@@ -145,7 +145,7 @@ fn run(axis: &mut Axis, seconds: f64, omega_ref: f64, mut look: impl FnMut(&Axis
 }
 
 #[test]
-fn after_an_overload_the_speed_comes_back_from_one_side() {
+fn after_an_overload_the_speed_passes_by_no_more_than_was_integrated_before_the_limit() {
     // 1.5 Nm against 1.05 Nm for 20 ms brake the shaft by 0.5/J · 20 ms = 109 rad/s.
     let mut axis = Axis::new(&AxisParams::default());
     axis.set_shaft_speed(200.0);
@@ -160,7 +160,9 @@ fn after_an_overload_the_speed_comes_back_from_one_side() {
     run(&mut axis, 0.2, 200.0, |axis| {
         highest = highest.max(axis.sample().omega_true)
     });
-    assert!(highest < 201.0, "{highest}");
+    // The limit is reached when the error is 60 rad/s, after 60/16 400 s; until then the integrator gains K_p/T_N times half
+    // of 60 rad/s times 3.7 ms = 0.092 Nm, worth 5.5 rad/s of error. Had it run to the limit, it were 60.
+    assert!(highest < 205.5, "{highest}");
     assert!(
         (axis.sample().omega_true - 200.0).abs() < 0.5,
         "{}",

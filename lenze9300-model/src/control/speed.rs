@@ -13,10 +13,10 @@ use super::{PiController, PiGains};
 ///
 /// # At the limit
 ///
-/// 1. While the limit holds, the integrator keeps what the limit leaves of the other parts, and nothing when they
-///    fill it alone: x = clamp(±M_max − (M − x), 0…±M_max).
-/// 2. If they filled it alone, the integrator also waits after the limit while the error dies out: as long as the
-///    error keeps its sign and falls by a share of at least T/(4 T_N) a period.
+/// 1. While the limit holds, the integrator keeps its value: a load that it carries does not go away because the error is
+///    large. Only an error of the other sign moves it.
+/// 2. After the limit it waits while the error dies out: as long as the error keeps its sign and falls by a share of at
+///    least T/(4 T_N) a period.
 ///
 /// A PI controller on an inertia passes its set-value whenever it starts from the limit and integrates on the way,
 /// because x comes back to where it was only after the error has had both signs. So the proportional part alone
@@ -104,16 +104,15 @@ impl SpeedController {
     pub fn step(&mut self, input: &SpeedInput) -> TorqueDemand {
         let error = input.omega_ref - input.omega_meas;
         let before = self.omega_before.replace(input.omega_meas).unwrap_or(input.omega_meas);
-        let integral = self.pi.integral();
         let demanded =
             self.pi.compute_output(error) + input.torque_ff_nm - self.differential * (input.omega_meas - before);
         let torque_nm = demanded.clamp(-self.torque_max_nm, self.torque_max_nm);
         let limited = torque_nm != demanded;
         if limited {
-            let left = torque_nm - (demanded - integral);
-            let left = left.clamp(torque_nm.min(0.0), torque_nm.max(0.0));
-            self.pi.reset(left);
-            self.landing_from = (left == 0.0).then_some(error);
+            if error * torque_nm <= 0.0 {
+                self.pi.update(error, demanded, demanded);
+            }
+            self.landing_from = Some(error);
         } else if !self.waits(error) && (input.voltage == VoltageReserve::Enough || error * demanded <= 0.0) {
             self.pi.update(error, demanded, demanded);
         }
@@ -206,15 +205,12 @@ mod tests {
     }
 
     #[test]
-    fn at_the_limit_the_integrator_holds_what_the_other_parts_leave() {
+    fn at_the_limit_the_integrator_keeps_what_it_carries() {
         let mut speed = SpeedController::new(GAINS, 250e-6);
         speed.preset(0.9);
-        // 0.5 Nm from the error leave 0.55 of 1.05 Nm.
-        speed.step(&error(0.5 / 0.01671));
-        assert!((speed.integral_nm() - 0.55).abs() < 1e-12, "{}", speed.integral_nm());
-        // −4.9 Nm leave nothing.
-        speed.step(&error(-294.0));
-        assert_eq!(speed.integral_nm(), 0.0);
+        assert!(speed.step(&error(294.0)).limited);
+        assert!(speed.step(&error(-294.0)).limited);
+        assert_eq!(speed.integral_nm(), 0.9);
     }
 
     #[test]
