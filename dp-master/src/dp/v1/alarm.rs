@@ -10,6 +10,8 @@
 //!
 //! Source: IEC 61158-6-3, coding of Ext_Diag_Data, Alarm-PDU and Status-PDU.
 
+use crate::dp::{Block, Diagnosis};
+
 /// Alarm_Type, octet 2 of an alarm, 1…126; lossless.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct AlarmType(pub u8);
@@ -221,6 +223,19 @@ impl Alarm<'_> {
     }
 }
 
+/// The alarms of a diagnosis, at most one from a slave that keeps to the standard.
+///
+/// Only a slave with [`V1Status::enabled`](super::V1Status::enabled) codes its device-related blocks so.
+pub fn alarms_of(diagnosis: &Diagnosis) -> impl Iterator<Item = Alarm<'_>> {
+    diagnosis.blocks().filter_map(|block| match block {
+        Block::Device(device) => match V1Block::parse(device) {
+            Some(V1Block::Alarm(alarm)) => Some(alarm),
+            _ => None,
+        },
+        _ => None,
+    })
+}
+
 /// The acknowledgement of an alarm; it names the alarm by type, slot and sequence number.
 ///
 /// ```text
@@ -248,7 +263,6 @@ const STATUS_MESSAGE: u8 = 0x80;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dp::{Block, Diagnosis};
 
     #[test]
     fn an_alarm_stands_in_the_diagnosis_as_a_device_related_block() {
@@ -285,6 +299,7 @@ mod tests {
             data: &[],
         };
         assert_eq!(blocks, [V1Block::Alarm(alarm), status]);
+        assert_eq!(alarms_of(&diagnosis).collect::<Vec<_>>(), [alarm]);
     }
 
     #[test]
