@@ -11,12 +11,15 @@
 //! | 13, 14 | – | POS-ACT, **low** word |
 //! | 15, 16 | – | POS-ACT, **high** word |
 //!
-//! Source: 9300 fact sheet, sections 1.1 to 1.6 and 2; film-feed specification, section 7.
+//! Over DP-V1 the parameters are reached through data record 47, see `records`.
+//!
+//! Source: 9300 fact sheet, sections 1.1 to 1.6, 2 and 7; film-feed specification, section 7.
 
 use dp_master::address::{Address, AddressError};
+use dp_master::dp::v1::{V1Capabilities, V1Channel};
 use dp_master::dp::{
     AcceptedConfigurations, DpSlave, ExtDiag, IdentityError, IoLengths, LeaveReason, OutputsOnLeave, Overflow,
-    SlaveEvent, SlaveIdentity, io_lengths,
+    SlaveEvent, SlaveIdentity, Support, io_lengths,
 };
 use dp_master::station::{LineError, MAX_TELEGRAM, Station};
 use dp_master::time::{Baud, Duration, Instant};
@@ -25,6 +28,7 @@ use thiserror::Error;
 
 use drivecom::{Conditions, ControlWord, Machine, State, StatusInputs, StatusWord};
 
+use super::records::Records;
 use crate::code::CodeError;
 use crate::code::table::number::{C1882, C1883};
 use crate::device::{Drive, DriveStatus, Fault};
@@ -87,6 +91,9 @@ pub struct Emf2133 {
     /// The job under way with the milliseconds it still takes.
     job: Option<(Job, u32)>,
     jobs: u64,
+    records: Records,
+    /// The latest time the line has told.
+    line_time: Instant,
     to_drive: Delay,
     from_drive: Delay,
     status_word: StatusWord,
@@ -106,6 +113,7 @@ impl Emf2133 {
             real_configuration: PAR_AND_FOUR_WORDS,
             user_prm_len: 0..=MAX_USER_PRM,
             outputs_on_leave: OutputsOnLeave::Hold,
+            v1: V1_CAPABILITIES,
             latency_allowance: config.latency_allowance,
             ..SlaveIdentity::new(address, config.ident, baud, AcceptedConfigurations::Rule(accepted))
         };
@@ -115,6 +123,8 @@ impl Emf2133 {
             server: Server::new(config.server),
             job: None,
             jobs: 0,
+            records: Records::default(),
+            line_time: Instant::ZERO,
             to_drive: Delay::new(config.process_data_delay_ms),
             from_drive: Delay::new(config.process_data_delay_ms),
             config,
@@ -150,6 +160,7 @@ impl Emf2133 {
         if let Some(request) = request {
             self.serve_parameters(&request, drive);
         }
+        self.serve_records(drive);
         let process_out = self.from_drive.pass(process_image(self.status_word, &status));
         self.give(process_out);
         self.announce_diagnosis(drive.drivecom_error_code());
@@ -182,10 +193,15 @@ impl Emf2133 {
                 SlaveEvent::Parametrised { watchdog, .. } => self.watched = watchdog.is_some(),
                 SlaveEvent::EnteredDataExchange => self.absence = None,
                 SlaveEvent::LeftDataExchange { reason } if self.watched => {
+                    self.records.forget(V1Channel::Msac1);
                     self.absence = Some(Absence {
                         by_watchdog: reason == LeaveReason::Watchdog,
                         ms: 0,
                     });
+                }
+                SlaveEvent::LeftDataExchange { .. } => self.records.forget(V1Channel::Msac1),
+                SlaveEvent::ConnectionOpened { sap, .. } | SlaveEvent::ConnectionClosed { sap, .. } => {
+                    self.records.forget(V1Channel::Msac2 { sap });
                 }
                 _ => {}
             }
@@ -265,15 +281,21 @@ impl Emf2133 {
             return;
         }
         if let ServerAction::Start(job) = self.server.poll(request) {
-            let jitter = noise::below(
-                self.config.seed,
-                JOB_CHANNEL,
-                self.jobs,
-                self.config.parameter_jitter_ms + 1,
-            );
-            self.jobs += 1;
-            self.job = Some((job, self.config.parameter_delay_ms + jitter));
+            self.job = Some((job, job_ms(&self.config, &mut self.jobs)));
         }
+    }
+
+    /// The parameters over DP-V1.
+    fn serve_records(&mut self, drive: &mut Drive) {
+        let Self {
+            records,
+            slave,
+            config,
+            jobs,
+            line_time,
+            ..
+        } = self;
+        records.pass_1ms(*line_time, slave, drive, || job_ms(config, jobs));
     }
 
     fn status_inputs(&self, status: &DriveStatus) -> StatusInputs {
@@ -283,7 +305,7 @@ impl Emf2133 {
             remote: true,
             set_value_reached: status.set_value_reached,
             limit: status.limit,
-            fail_qsp: false,
+            fail_qsp: status.fail_qsp,
             running: status.running,
             ended_in_target: status.ended_in_target,
         }
@@ -350,6 +372,13 @@ fn carry_out(job: &Job, drive: &mut Drive) -> Result<i32, ErrorCode> {
         let reply = error.reply();
         ErrorCode::new(reply.class, reply.code, reply.additional)
     })
+}
+
+/// How long the next parameter job takes, ms.
+fn job_ms(config: &Emf2133Config, jobs: &mut u64) -> u32 {
+    let jitter = noise::below(config.seed, JOB_CHANNEL, *jobs, config.parameter_jitter_ms + 1);
+    *jobs += 1;
+    config.parameter_delay_ms + jitter
 }
 
 fn conditions(status: &DriveStatus) -> Conditions {
@@ -422,6 +451,7 @@ impl Delay {
 /// What the line does with the module: it is a DP slave.
 impl Station for Emf2133 {
     fn handle_octets(&mut self, now: Instant, octets: &[u8]) {
+        self.line_time = now;
         self.slave.handle_octets(now, octets);
     }
 
@@ -434,6 +464,7 @@ impl Station for Emf2133 {
     }
 
     fn handle_timeout(&mut self, now: Instant) {
+        self.line_time = now;
         self.slave.handle_timeout(now);
     }
 
@@ -446,6 +477,13 @@ impl Station for Emf2133 {
     }
 }
 
+/// DP-V1 of the module: acyclic parameter access (9300 fact sheet, section 7). That both ways lead there, and two connections at a time, is
+/// assumed.
+const V1_CAPABILITIES: V1Capabilities = V1Capabilities {
+    c1_read_write: Support::Supported,
+    c2_connections: 2,
+    ..V1Capabilities::NONE
+};
 /// Highest value of C1883: no additional time.
 const C1883_OFF: f64 = 65_535.0;
 /// User parameters the module takes; their meaning is not known (fact sheet, section 1.2).

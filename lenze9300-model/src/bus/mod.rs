@@ -1,3 +1,4 @@
 //! The bus modules of the drive.
 
 pub mod dp;
+mod records;
