@@ -73,8 +73,7 @@ impl Core {
                         self.time.serve_high();
                     }
                     self.worked = true;
-                    self.request.keep(buf, len);
-                    self.request.peer = header.da;
+                    self.request.keep(header, data);
                     self.request.started = now;
                     self.request.attempts_left = match repeat {
                         Repeat::UpToLimit => self.params.retry_limit,
@@ -302,7 +301,7 @@ impl Core {
             Telegram::Data { header, .. } if header.fc.is_request() => self.yield_to(now, header.sa, telegram, user),
             Telegram::Data { header, data } => match self.state {
                 State::AwaitDataResponse(Answer::Expected)
-                    if header.sa == self.request.peer && header.da == self.address =>
+                    if header.sa == self.request.header.da && header.da == self.address =>
                 {
                     let outcome = Outcome::Response { header, data };
                     let started = self.request.started;

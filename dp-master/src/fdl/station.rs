@@ -12,7 +12,7 @@ use super::token_user::{Confirmation, FdlStatistics, Membership, Outcome, RingEv
 use crate::address::Address;
 use crate::station::{LineError, MAX_TELEGRAM};
 use crate::time::{BitTimes, Duration, Instant};
-use crate::wire::{Decoded, Decoder, FunctionCode, Telegram};
+use crate::wire::{Decoded, Decoder, Fcb, FunctionCode, Header, MAX_DATA, RequestFunction, Telegram};
 
 /// A station alone spends at most one part in this many on tokens to itself while its user has something to send: 0.2 %.
 const LONE_SHARE: u64 = 512;
@@ -95,13 +95,7 @@ impl ActiveStation {
                 timers,
                 reception: None,
                 spoiled: false,
-                request: Pending {
-                    octets: [0; MAX_TELEGRAM],
-                    len: 0,
-                    peer: Address::BROADCAST,
-                    attempts_left: 0,
-                    started: Instant::ZERO,
-                },
+                request: Pending::nothing(address),
                 reply: None,
                 ring: Ring::new(address),
                 gap: Gap::new(address, params.hsa, params.gap_factor),
@@ -322,33 +316,45 @@ const STATUS_CHARACTERS: usize = 6;
 /// other plug helps at once; it does not speak before it has listened again.
 const DUPLICATE_PAUSE: Duration = Duration::from_millis(1_000);
 
-/// The request under way, kept as octets: a repetition is the same telegram, frame count bit included.
+/// The request under way, frame count bit included: a repetition is the same telegram.
+///
+/// Kept as what it was made of and not as octets: the octets have just been written to the line's buffer, and reading back what was
+/// written a moment ago is slow.
 #[derive(Debug, Clone)]
 pub(super) struct Pending {
-    pub(super) octets: [u8; MAX_TELEGRAM],
-    pub(super) len: usize,
-    pub(super) peer: Address,
+    pub(super) header: Header,
+    data: [u8; MAX_DATA],
+    len: usize,
     pub(super) attempts_left: u8,
     pub(super) started: Instant,
 }
 
 impl Pending {
-    /// Keeps what is being sent, so that it can be repeated.
-    ///
-    /// Copied from the line's buffer and not the other way round: what has just been written is read slowly, and nobody waits for the copy.
-    #[inline]
-    pub(super) fn keep(&mut self, telegram: &[u8; MAX_TELEGRAM], len: usize) {
-        if let (Some(target), Some(source)) = (self.octets.get_mut(..len), telegram.get(..len)) {
-            target.copy_from_slice(source);
-            self.len = len;
+    fn nothing(address: Address) -> Self {
+        let fc = FunctionCode::request(Fcb::Inactive, RequestFunction::FdlStatus);
+        Self {
+            header: Header::new(Address::BROADCAST, address, fc),
+            data: [0; MAX_DATA],
+            len: 0,
+            attempts_left: 0,
+            started: Instant::ZERO,
         }
     }
 
-    /// The same octets again, to the front of `buf`.
+    /// Keeps what is being sent, so that it can be repeated; it fits, because it was encoded.
+    #[inline]
+    pub(super) fn keep(&mut self, header: &Header, data: &[u8]) {
+        self.header = *header;
+        if let Some(target) = self.data.get_mut(..data.len()) {
+            target.copy_from_slice(data);
+            self.len = data.len();
+        }
+    }
+
+    /// The same telegram again, to the front of `buf`.
     pub(super) fn write(&self, buf: &mut [u8; MAX_TELEGRAM]) -> Option<usize> {
-        let (target, source) = (buf.get_mut(..self.len)?, self.octets.get(..self.len)?);
-        target.copy_from_slice(source);
-        Some(self.len)
+        let data = self.data.get(..self.len)?;
+        self.header.encode_without_sd3(data, buf).ok()
     }
 }
 
@@ -421,11 +427,8 @@ impl Core {
         self.line_free = now;
         match self.state {
             State::AwaitDataResponse(Answer::Expected) | State::AwaitStatusResponse { .. } => {
-                if self.timers.is_running(Timer::Slot) {
-                    self.timers.stop(Timer::Slot);
-                    let end = now + self.times.longest + self.times.slot;
-                    self.timers.start(Timer::Reception, end);
-                }
+                // Until when the telegram must have ended is said after a look at it: most often it is complete.
+                self.timers.stop(Timer::Slot);
             }
             State::Offline => {}
             State::PassiveIdle | State::ListenToken | State::ActiveIdle => self.withdraw_reply(),
@@ -447,6 +450,9 @@ impl Core {
                     && pending > 1
                 {
                     let end = reception.end(self.params.baud) + self.times.slot;
+                    self.timers.start(Timer::Reception, end);
+                } else if !self.timers.is_running(Timer::Reception) {
+                    let end = now + self.times.longest + self.times.slot;
                     self.timers.start(Timer::Reception, end);
                 }
             }

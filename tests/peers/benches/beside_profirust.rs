@@ -11,7 +11,7 @@ use dp_master::station::MAX_TELEGRAM;
 use dp_master::wire::{
     Fcb, FunctionCode, Header, RequestFunction, ResponseFunction, StationType, Telegram, decode_one,
 };
-use peers::{OurCycles, PeerCycles};
+use peers::{Calls, OurCycles, PeerCycles};
 use profirust::fdl::{
     DataTelegramHeader, FrameCountBit, FunctionCode as PeerFc, RequestType, ResponseState, ResponseStatus,
     Telegram as PeerTelegram, TelegramTx,
@@ -101,8 +101,13 @@ fn cycles(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(format!("DP cycle, {slaves} slave(s) with 16 + 16 octets"));
         let mut ours = OurCycles::new(slaves);
         group.bench_function("ours", |bench| bench.iter(|| black_box(ours.cycle())));
-        let mut peers = PeerCycles::new(slaves);
-        group.bench_function("profirust", |bench| bench.iter(|| black_box(peers.cycle())));
+        for (name, calls) in [
+            ("profirust", Calls::EveryCharacter),
+            ("profirust, never called in vain", Calls::Chosen),
+        ] {
+            let mut peers = PeerCycles::new(slaves, calls);
+            group.bench_function(name, |bench| bench.iter(|| black_box(peers.cycle())));
+        }
         group.finish();
     }
 }

@@ -1,7 +1,7 @@
 //! DP cycles over a port that is memory: the master's processor time and next to nothing else.
 //!
-//! Time is virtual and jumps to where the master has something to do, so neither master is called in vain. An answer lies
-//! in the port, whole, when its last character would have ended.
+//! Time is virtual and jumps to where our master has something to do: it names that moment. The peer names none. It is called in one of
+//! two ways, see [`Calls`]. An answer lies in the port, whole, when its last character would have ended.
 
 use dp_master::dp::{DpMaster, SlaveIndex};
 use dp_master::station::{MAX_TELEGRAM, Station};
@@ -91,6 +91,16 @@ impl OurCycles {
     }
 }
 
+/// When the peer is called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Calls {
+    /// Never in vain: the harness knows its states. No program does.
+    Chosen,
+    /// Once a character time, 11 tBIT: what a program that serves a port does at the least. (The peer's own tests call it every 100 µs at
+    /// 19.2 kbit/s, six times a character.)
+    EveryCharacter,
+}
+
 /// `profirust`'s master on a port in memory.
 pub struct PeerCycles {
     fdl: PeerFdl,
@@ -98,6 +108,7 @@ pub struct PeerCycles {
     handles: Vec<PeripheralHandle>,
     last: PeripheralHandle,
     port: MemoryPort,
+    calls: Calls,
     now: PeerInstant,
 }
 
@@ -106,7 +117,7 @@ impl PeerCycles {
     ///
     /// # Panics
     /// When data exchange is not reached.
-    pub fn new(count: u8) -> Self {
+    pub fn new(count: u8, calls: Calls) -> Self {
         let (fdl, master, handles) = masters::peers(count);
         let Some(&last) = handles.last() else {
             panic!("at least one slave is needed");
@@ -117,6 +128,7 @@ impl PeerCycles {
             handles,
             last,
             port: MemoryPort::new(CannedSlaves::new(count)),
+            calls,
             now: PeerInstant::ZERO,
         };
         for _ in 0..START_UP {
@@ -136,7 +148,10 @@ impl PeerCycles {
         loop {
             self.fdl.poll(self.now, &mut self.port, &mut self.master);
             let events = self.master.take_last_events();
-            self.now += self.port.until_next_call();
+            self.now += match self.calls {
+                Calls::Chosen => self.port.until_next_call(),
+                Calls::EveryCharacter => bits(CHARACTER_BITS),
+            };
             if events.cycle_completed {
                 return self
                     .master
@@ -161,6 +176,9 @@ struct MemoryPort {
     telegram: [u8; MAX_TELEGRAM],
     received: [u8; MAX_TELEGRAM],
     waiting: usize,
+    /// Until when the line carries our telegram, and from when on the answer can be read.
+    sending_until: PeerInstant,
+    answered_at: PeerInstant,
     call: Call,
     exchanges: u64,
 }
@@ -198,6 +216,8 @@ impl MemoryPort {
             telegram: [0; MAX_TELEGRAM],
             received: [0; MAX_TELEGRAM],
             waiting: 0,
+            sending_until: PeerInstant::ZERO,
+            answered_at: PeerInstant::ZERO,
             call: Call::Nothing,
             exchanges: 0,
         }
@@ -206,8 +226,7 @@ impl MemoryPort {
     /// The peer's times are whole microseconds, and it waits until more than a time has passed.
     #[inline]
     fn until_next_call(&mut self) -> profirust::time::Duration {
-        let characters = |count| 11 * u32::try_from(count).unwrap_or(u32::MAX);
-        let bits = match self.call {
+        let wait = match self.call {
             Call::Sent(sent, Then::Answer(answer)) => characters(sent) + T_SDR.0 + characters(answer),
             Call::Sent(sent, Then::NoAnswer) => characters(sent) + u32::from(SLOT_BITS),
             Call::Sent(sent, Then::Pause) => characters(sent) + PAUSE_BITS,
@@ -219,17 +238,28 @@ impl MemoryPort {
             Call::NothingAgain => u32::from(SLOT_BITS),
         };
         self.call = Call::Nothing;
-        profirust::Baudrate::B1500000.bits_to_time(bits) + profirust::time::Duration::from_micros(1)
+        bits(wait) + profirust::time::Duration::from_micros(1)
     }
 }
 
+const CHARACTER_BITS: u32 = 11;
+
+fn characters(count: usize) -> u32 {
+    CHARACTER_BITS * u32::try_from(count).unwrap_or(u32::MAX)
+}
+
+fn bits(count: u32) -> profirust::time::Duration {
+    profirust::Baudrate::B1500000.bits_to_time(count)
+}
+
 impl ProfibusPhy for MemoryPort {
-    fn poll_transmission(&mut self, _: PeerInstant) -> bool {
-        false
+    #[inline]
+    fn poll_transmission(&mut self, now: PeerInstant) -> bool {
+        now < self.sending_until
     }
 
     #[inline]
-    fn transmit_data<F, R>(&mut self, _: PeerInstant, fill: F) -> R
+    fn transmit_data<F, R>(&mut self, now: PeerInstant, fill: F) -> R
     where
         F: FnOnce(&mut [u8]) -> (usize, R),
     {
@@ -240,23 +270,26 @@ impl ProfibusPhy for MemoryPort {
                 Some(answer) => {
                     self.received[..answer.len()].copy_from_slice(answer);
                     self.waiting = answer.len();
+                    self.answered_at = now + bits(characters(length) + T_SDR.0 + characters(answer.len()));
                     Then::Answer(answer.len())
                 }
                 // SD1: the status of a station that is not there.
                 None if request[0] == 0x10 => Then::NoAnswer,
                 None => Then::Pause,
             };
+            self.sending_until = now + bits(characters(length));
             self.call = Call::Sent(length, then);
         }
         result
     }
 
     #[inline]
-    fn receive_data<F, R>(&mut self, _: PeerInstant, take: F) -> R
+    fn receive_data<F, R>(&mut self, now: PeerInstant, take: F) -> R
     where
         F: FnOnce(&[u8]) -> (usize, R),
     {
-        let (taken, result) = take(&self.received[..self.waiting]);
+        let ready = if now < self.answered_at { 0 } else { self.waiting };
+        let (taken, result) = take(&self.received[..ready]);
         if taken > 0 {
             self.received.copy_within(taken..self.waiting, 0);
             self.waiting -= taken;

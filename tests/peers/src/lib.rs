@@ -15,6 +15,6 @@ mod null_modem;
 mod process;
 mod slaves;
 
-pub use in_memory::{OurCycles, PeerCycles};
+pub use in_memory::{Calls, OurCycles, PeerCycles};
 pub use null_modem::NullModem;
 pub use process::{Drive, Event, Master, Peer};
