@@ -2,6 +2,7 @@
 //!
 //! A file per command. Exit codes: 0 done, 1 ran and failed, 2 something given was wrong.
 
+mod acyclic;
 mod bus_statistics;
 mod busparam;
 mod config_text;
@@ -57,6 +58,10 @@ enum Command {
     ReadInputs(read_image::ReadArgs),
     /// Read the outputs of a slave in data exchange.
     ReadOutputs(read_image::ReadArgs),
+    /// Read a data record of a DP-V1 slave, whoever owns it.
+    Read(acyclic::ReadArgs),
+    /// Write a data record of a DP-V1 slave, whoever owns it.
+    Write(acyclic::WriteArgs),
     /// Give a slave without switches an address.
     SetAddress(set_address::SetAddressArgs),
     /// Show a GSD file on one page, with its mistakes by line.
@@ -80,6 +85,8 @@ fn main() -> ExitCode {
         Command::GetCfg(args) => read_image::get_cfg(args),
         Command::ReadInputs(args) => read_image::read_inputs(args),
         Command::ReadOutputs(args) => read_image::read_outputs(args),
+        Command::Read(args) => acyclic::read(args),
+        Command::Write(args) => acyclic::write(args),
         Command::SetAddress(args) => set_address::set_address(args),
         Command::Info(args) => info::info(args),
         Command::Run(args) => run::run(args),

@@ -9,7 +9,7 @@ use dp_master::dp::{DpMaster, JobFailure, MasterConfig, MasterEvent};
 use dp_master::driver::Driver;
 use dp_master::fdl::{BusParams, Membership, RingEvent};
 use dp_master::phy::{PortName, ReopeningPort, request_real_time};
-use dp_master::time::{Baud, Duration};
+use dp_master::time::{Baud, Duration, Instant};
 
 use crate::interrupt::{self, interrupted};
 use crate::line_args::{SwitchArgs, parse_station};
@@ -73,6 +73,11 @@ impl Session {
             driver: Driver::new(args.open()?),
             master: DpMaster::new(config).map_err(Trouble::given)?,
         })
+    }
+
+    /// The time of the master.
+    pub(crate) fn now(&self) -> Instant {
+        self.driver.now()
     }
 
     /// Lets the master work for a moment.
