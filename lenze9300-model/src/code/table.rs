@@ -372,7 +372,7 @@ code_table! {
     C0067 67/0 0, Display Never fixed(0.0, 65_535.0, 1.0), [0], "" Display Acts "present fault, LECOM number";
     C0070 70/0 0, Stored Always fixed(0.0, 255.0, 0.5), [3], "" Controllers Acts "speed controller gain, factory value (A)";
     C0071 71/0 0, Stored Always fixed(1.0, 600.0, 0.5), [24], "ms" Controllers Acts "speed controller integral time, above 512 off, factory value (A)";
-    C0072 72/0 0, Stored Always fixed(0.0, 32.0, 0.1), [0], "ms" Controllers Kept "speed controller derivative time";
+    C0072 72/0 0, Stored Always fixed(0.0, 32.0, 0.1), [0], "ms" Controllers Acts "speed controller derivative time";
     C0075 75/0 0, Stored Always fixed(0.0, 15.99, 0.01), [0.35], "" Controllers Acts "current controller gain";
     C0076 76/0 0, Stored Always fixed(0.5, 2000.0, 0.1), [1.8], "ms" Controllers Acts "current controller integral time, 2000 off";
     C0081 81/0 0, Stored OnlyInhibited fixed(0.01, 500.0, 0.01), [0.8], "kW" Motor Kept "rated motor power, factory value (A)";
