@@ -29,11 +29,16 @@ pub fn master(
     latency: Duration,
 ) -> Result<(DpMaster<1>, SlaveIndex), RigError> {
     let address = Address::new(MASTER_ADDRESS)?;
-    // Profile DP: only the stations of the project exist, and the PLC is its only master (film-feed specification, sections 1
-    // and 2). Nobody is looked for above it: behind an operating system each address would cost a cycle of 50 ms.
+    let standard = BusParams::standard(baud).with_latency_allowance(latency);
+    // The PLC is the only master of its project (film-feed specification, section 1). Looking for others up to the usual HSA costs
+    // nothing on a real line; behind an operating system each address costs a cycle of 50 ms, so there nobody is looked for.
     let params = BusParams {
-        hsa: address,
-        ..BusParams::standard(baud).with_latency_allowance(latency)
+        hsa: if latency == Duration::ZERO {
+            standard.hsa
+        } else {
+            address
+        },
+        ..standard
     };
     let mut master = DpMaster::new(MasterConfig {
         min_cycle,
