@@ -149,6 +149,20 @@ fn a_record_is_written() {
 }
 
 #[test]
+fn a_record_that_answers_a_request_is_written_and_read_over_one_connection() {
+    let slave = Records::start();
+    let arguments = ["--index", "47", "--length", "2", "--request", "2A 01"];
+    let ended = at_slot_1("read", slave.link.path(), &arguments);
+    assert_eq!(
+        (ended.code, ended.out.as_str()),
+        (Some(0), "   0  00 01\n"),
+        "{}",
+        ended.err
+    );
+    assert_eq!(slave.stop(), [(1, 47, vec![0x2A, 0x01])]);
+}
+
+#[test]
 fn a_refusal_of_the_slave_is_told() {
     let slave = Records::start();
     let sentence = format!(

@@ -1,5 +1,6 @@
 //! `dp read` and `dp write`: data records of a DP-V1 slave over a connection of class 2 (MSAC2), whoever owns the slave.
 
+use std::slice;
 use std::time::Instant as StdInstant;
 
 use clap::Args;
@@ -40,6 +41,10 @@ pub(crate) struct ReadArgs {
     /// Most octets to read, 1…240.
     #[arg(long, value_name = "N", default_value_t = 240, value_parser = clap::value_parser!(u8).range(1..=240))]
     length: u8,
+    /// Write these octets to the record first, over the same connection: records that answer a request, such as the parameters of a
+    /// drive at index 47.
+    #[arg(long, value_name = "HEX", value_parser = parse_data)]
+    request: Option<Data>,
 }
 
 /// What `dp write` takes.
@@ -59,9 +64,11 @@ struct Data(Vec<u8>);
 /// Reads a data record.
 pub(crate) fn read(args: &ReadArgs) -> Outcome {
     let record = &args.record;
-    let answer = ask(record, |client, session| {
-        client.read(session.master.jobs(), record.slot, record.index, args.length)
-    })?;
+    let read = Step::Read(args.length);
+    let answer = match &args.request {
+        Some(Data(octets)) => ask(record, &[Step::Write(octets), read])?,
+        None => ask(record, slice::from_ref(&read))?,
+    };
     let V1Answer::Data { data, .. } = answer else {
         return Err(Trouble::failed("the slave answered with something else than data"));
     };
@@ -82,9 +89,7 @@ pub(crate) fn read(args: &ReadArgs) -> Outcome {
 /// Writes a data record.
 pub(crate) fn write(args: &WriteArgs) -> Outcome {
     let record = &args.record;
-    let answer = ask(record, |client, session| {
-        client.write(session.master.jobs(), record.slot, record.index, &args.data.0)
-    })?;
+    let answer = ask(record, &[Step::Write(&args.data.0)])?;
     let V1Answer::Written { length, .. } = answer else {
         return Err(Trouble::failed(
             "the slave answered with something else than an acknowledgement",
@@ -102,11 +107,17 @@ pub(crate) fn write(args: &WriteArgs) -> Outcome {
     Ok(())
 }
 
-/// Opens a connection, asks once and ends it.
-fn ask<E: std::fmt::Display>(
-    args: &RecordArgs,
-    request: impl FnOnce(&mut Msac2Client, &mut Session) -> Result<(), E>,
-) -> Result<V1Answer, Trouble> {
+/// What is done with the record over a connection.
+#[derive(Clone, Copy, Debug)]
+enum Step<'a> {
+    /// Read so many octets at the most.
+    Read(u8),
+    /// Write these.
+    Write(&'a [u8]),
+}
+
+/// Opens a connection, takes the steps and ends it; the answer to the last one.
+fn ask(args: &RecordArgs, steps: &[Step<'_>]) -> Result<V1Answer, Trouble> {
     let mut session = Session::open(&args.line)?;
     let mut client = Msac2Client::new(args.address);
     let initiate = Initiate {
@@ -119,7 +130,7 @@ fn ask<E: std::fmt::Display>(
     client
         .connect(session.master.jobs(), &initiate)
         .map_err(Trouble::failed)?;
-    let mut request = Some(request);
+    let mut steps = steps.iter();
     let mut begun = StdInstant::now();
     let answer = loop {
         let now = session.now();
@@ -127,11 +138,17 @@ fn ask<E: std::fmt::Display>(
             None => {}
             Some(Msac2Event::Opened(_)) => {
                 begun = StdInstant::now();
-                if let Some(request) = request.take() {
-                    request(&mut client, &mut session).map_err(Trouble::failed)?;
+                if let Some(step) = steps.next() {
+                    take(*step, args, &mut client, &mut session)?;
                 }
             }
-            Some(Msac2Event::Answer(Ok(answer))) => break Ok(answer),
+            Some(Msac2Event::Answer(Ok(answer))) => {
+                begun = StdInstant::now();
+                match steps.next() {
+                    Some(step) => take(*step, args, &mut client, &mut session)?,
+                    None => break Ok(answer),
+                }
+            }
             Some(Msac2Event::Answer(Err(error))) => {
                 break Err(Trouble::failed(format_args!(
                     "station {} refuses slot {} index {}: {error}",
@@ -170,6 +187,15 @@ fn ask<E: std::fmt::Display>(
     }
     session.leave();
     answer
+}
+
+fn take(step: Step<'_>, args: &RecordArgs, client: &mut Msac2Client, session: &mut Session) -> Result<(), Trouble> {
+    let jobs = session.master.jobs();
+    match step {
+        Step::Read(length) => client.read(jobs, args.slot, args.index, length),
+        Step::Write(octets) => client.write(jobs, args.slot, args.index, octets),
+    }
+    .map_err(Trouble::failed)
 }
 
 fn parse_data(text: &str) -> Result<Data, String> {
