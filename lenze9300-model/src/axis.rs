@@ -1,5 +1,7 @@
 //! One axis: plant and sampled loops, advanced tick by tick.
 
+mod batch;
+
 use core::f64::consts::SQRT_2;
 
 use crate::code::CodeStore;
@@ -12,6 +14,8 @@ use crate::plant::{
     OutputStage, PmsmParams, ShaftAngle, ShaftSegment, limit_to_voltage_circle, without_denormals,
 };
 use crate::units::{Percent, Rpm};
+
+pub use batch::{AxisBatch, BatchError};
 
 /// Length of a tick as delivered, ns: one period of the current controller at a chopping frequency of 8 kHz (C0018 =
 /// 1).

@@ -43,7 +43,7 @@ pub mod traverse;
 pub mod units;
 
 pub use axis::{
-    Axis, AxisCommand, AxisParams, AxisSample, ControllerCodes, GainScaling, Pulses, TICK_NS, TICKS_PER_MS,
-    TICKS_PER_SPEED_PERIOD,
+    Axis, AxisBatch, AxisCommand, AxisParams, AxisSample, BatchError, ControllerCodes, GainScaling, Pulses, TICK_NS,
+    TICKS_PER_MS, TICKS_PER_SPEED_PERIOD,
 };
 pub use toml_file::{FileError, FileMistake};

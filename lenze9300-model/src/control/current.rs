@@ -16,9 +16,9 @@ pub enum Decoupling {
 #[doc(alias = "Stromregler")]
 #[derive(Debug, Clone)]
 pub struct CurrentController {
-    d: PiController,
-    q: PiController,
-    decoupling: Decoupling,
+    pub(crate) d: PiController,
+    pub(crate) q: PiController,
+    pub(crate) decoupling: Decoupling,
     l_d: f64,
     l_q: f64,
     psi_f: f64,

@@ -26,10 +26,10 @@ pub struct PiGains {
 /// (torque, voltage, or a limit elsewhere).
 #[derive(Debug, Clone)]
 pub struct PiController {
-    gains: PiGains,
+    pub(crate) gains: PiGains,
     t_s: f64,
-    t_s_over_t_n: f64,
-    integral: f64,
+    pub(crate) t_s_over_t_n: f64,
+    pub(crate) integral: f64,
 }
 
 impl PiController {

@@ -25,16 +25,16 @@ use super::{PiController, PiGains};
 #[doc(alias = "Drehzahlregler")]
 #[derive(Debug, Clone)]
 pub struct SpeedController {
-    pi: PiController,
-    torque_max_nm: f64,
+    pub(crate) pi: PiController,
+    pub(crate) torque_max_nm: f64,
     /// K_p T_D / T, Nm·s/rad.
-    differential: f64,
+    pub(crate) differential: f64,
     t_s: f64,
     /// Share of the error by which it has to fall in a period while the integrator waits.
     landing_share: f64,
     /// The last error, while the integrator waits for it to die out.
-    landing_from: Option<f64>,
-    omega_before: Option<f64>,
+    pub(crate) landing_from: Option<f64>,
+    pub(crate) omega_before: Option<f64>,
 }
 
 /// Gains of the speed controller.

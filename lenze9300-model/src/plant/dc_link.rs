@@ -120,15 +120,15 @@ impl Default for DcLinkParams {
 #[doc(alias = "Zwischenkreis")]
 #[derive(Debug, Clone)]
 pub struct DcLink {
-    params: DcLinkParams,
-    mains: Mains,
-    voltage_v: f64,
+    pub(crate) params: DcLinkParams,
+    pub(crate) mains: Mains,
+    pub(crate) voltage_v: f64,
     state: LinkState,
-    chopper_on: bool,
-    rectified_v: f64,
-    volt_squared_per_watt: f64,
+    pub(crate) chopper_on: bool,
+    pub(crate) rectified_v: f64,
+    pub(crate) volt_squared_per_watt: f64,
     charging_share: f64,
-    source_share: f64,
+    pub(crate) source_share: f64,
     dt_s: f64,
 }
 

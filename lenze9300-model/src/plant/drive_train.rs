@@ -8,23 +8,23 @@ use super::{Contact, Dq, MechanicsParams, OutputStage, PmsmParams, ShaftAngle, S
 /// divided at that moment, so that friction can change its side or hold; at most four times.
 #[derive(Debug, Clone)]
 pub struct DriveTrain {
-    equations: MotorEquations,
-    inv_l_d: f64,
-    inv_l_q: f64,
+    pub(crate) equations: MotorEquations,
+    pub(crate) inv_l_d: f64,
+    pub(crate) inv_l_q: f64,
     l_d: f64,
     l_q: f64,
-    inv_j: f64,
-    coulomb_nm: f64,
-    viscous_nm_s: f64,
-    load_nm: f64,
+    pub(crate) inv_j: f64,
+    pub(crate) coulomb_nm: f64,
+    pub(crate) viscous_nm_s: f64,
+    pub(crate) load_nm: f64,
     dt_s: f64,
-    substeps: u32,
+    pub(crate) substeps: u32,
     step_share: f64,
-    current: Dq,
-    omega: f64,
-    angle: ShaftAngle,
-    contact: Contact,
-    electrical_w: f64,
+    pub(crate) current: Dq,
+    pub(crate) omega: f64,
+    pub(crate) angle: ShaftAngle,
+    pub(crate) contact: Contact,
+    pub(crate) electrical_w: f64,
 }
 
 impl DriveTrain {

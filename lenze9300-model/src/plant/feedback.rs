@@ -64,13 +64,13 @@ impl FeedbackParams {
 #[doc(alias = "Resolver")]
 #[derive(Debug, Clone)]
 pub struct Feedback {
-    mask: i64,
-    position_gain: f64,
-    speed_gain: f64,
-    rad_s_per_inc_tick: f64,
-    position: i64,
-    error_inc: f64,
-    speed_inc_per_tick: f64,
+    pub(crate) mask: i64,
+    pub(crate) position_gain: f64,
+    pub(crate) speed_gain: f64,
+    pub(crate) rad_s_per_inc_tick: f64,
+    pub(crate) position: i64,
+    pub(crate) error_inc: f64,
+    pub(crate) speed_inc_per_tick: f64,
 }
 
 impl Feedback {
@@ -101,7 +101,7 @@ impl Feedback {
         let error = self.error_inc + step - self.speed_inc_per_tick;
         self.speed_inc_per_tick += self.speed_gain * error;
         self.error_inc = error - self.position_gain * error;
-        if self.error_inc.abs() < NEGLIGIBLE && self.speed_inc_per_tick.abs() < NEGLIGIBLE {
+        if self.error_inc.abs() < SETTLED_INC && self.speed_inc_per_tick.abs() < SETTLED_INC {
             // A resting shaft reads as resting, and no denormal numbers are left behind.
             self.error_inc = 0.0;
             self.speed_inc_per_tick = 0.0;
@@ -129,7 +129,7 @@ impl Feedback {
 }
 
 /// Increments below which the tracking loop counts as settled.
-const NEGLIGIBLE: f64 = 1e-12;
+pub(crate) const SETTLED_INC: f64 = 1e-12;
 
 #[cfg(test)]
 mod tests {

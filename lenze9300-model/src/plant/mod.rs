@@ -27,4 +27,4 @@ pub use solver::{MAX_STEP_TIMES_RADIUS, rk4_step, substeps};
 pub use thermal::{Thermal, ThermalParams};
 
 pub(crate) use drive_train::without_denormals;
-pub(crate) use feedback::TrackingGains;
+pub(crate) use feedback::{SETTLED_INC, TrackingGains};

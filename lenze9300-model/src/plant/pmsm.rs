@@ -127,13 +127,13 @@ pub(crate) struct MotorInput {
 /// The constants of the derivative, formed once.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MotorEquations {
-    r_s: f64,
-    l_d: f64,
-    l_q: f64,
-    psi_f: f64,
-    n_p: f64,
-    torque_psi: f64,
-    torque_saliency: f64,
+    pub(crate) r_s: f64,
+    pub(crate) l_d: f64,
+    pub(crate) l_q: f64,
+    pub(crate) psi_f: f64,
+    pub(crate) n_p: f64,
+    pub(crate) torque_psi: f64,
+    pub(crate) torque_saliency: f64,
 }
 
 impl MotorEquations {

@@ -6,8 +6,8 @@ use crate::units::{INC_PER_RAD, Increments};
 /// 3000 rpm), the fraction keeps its 52 bits.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
 pub struct ShaftAngle {
-    increments: i64,
-    fraction: f64,
+    pub(crate) increments: i64,
+    pub(crate) fraction: f64,
 }
 
 impl ShaftAngle {
