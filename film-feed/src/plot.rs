@@ -18,8 +18,11 @@ pub enum PlotError {
 }
 
 const SIZE: (u32, u32) = (1200, 720);
-/// Grey and wide below, black and thin above: told apart without colour.
-const SET_VALUE: RGBColor = RGBColor(150, 150, 150);
+/// Light band, grey line, thin black line above: told apart without colour.
+const BAND: RGBColor = RGBColor(222, 222, 222);
+const SET_VALUE: RGBColor = RGBColor(140, 140, 140);
+/// Half width of the band: the motor speed "swings by about 2 % about the set-value" (thesis, text of fig. 73).
+const BAND_SHARE: f64 = 0.02;
 
 /// Draws the samples of feed number `feed` as an SVG document.
 ///
@@ -61,14 +64,22 @@ pub fn speed_over_time(samples: &[Sample], feed: usize, title: &str) -> Result<S
             .draw()
             .map_err(drawing)?;
         let point = |sample: &Sample, rpm: f64| (sample.time_s - start_s, rpm);
+        let edge = |share: f64| move |sample: &&Sample| point(sample, sample.speed_set_rpm * share);
+        let upper = shown.iter().map(edge(1.0 + BAND_SHARE));
+        let lower = shown.iter().rev().map(edge(1.0 - BAND_SHARE));
+        chart
+            .draw_series([Polygon::new(upper.chain(lower).collect::<Vec<_>>(), BAND)])
+            .map_err(drawing)?
+            .label("±2 % of the set-value")
+            .legend(|(x, y)| Rectangle::new([(x, y - 7), (x + 30, y + 7)], BAND.filled()));
         chart
             .draw_series(LineSeries::new(
                 shown.iter().map(|sample| point(sample, sample.speed_set_rpm)),
-                SET_VALUE.stroke_width(6),
+                SET_VALUE.stroke_width(4),
             ))
             .map_err(drawing)?
             .label("interpolator speed (POS-NOUT)")
-            .legend(|(x, y)| PathElement::new([(x, y), (x + 30, y)], SET_VALUE.stroke_width(6)));
+            .legend(|(x, y)| PathElement::new([(x, y), (x + 30, y)], SET_VALUE.stroke_width(4)));
         chart
             .draw_series(LineSeries::new(
                 shown.iter().map(|sample| point(sample, sample.speed_act_rpm)),
@@ -111,7 +122,14 @@ mod tests {
             })
             .collect();
         let svg = speed_over_time(&samples, 3, "Feed 3").unwrap();
-        for text in ["Feed 3", "time in s", "motor speed in 1/min", "POS-NOUT", "MCTRL-NACT"] {
+        for text in [
+            "Feed 3",
+            "time in s",
+            "motor speed in 1/min",
+            "POS-NOUT",
+            "MCTRL-NACT",
+            "±2 %",
+        ] {
             assert!(svg.contains(text), "{text} is missing");
         }
         assert!(svg.matches("<polyline").count() >= 2);

@@ -532,3 +532,37 @@ fn help_and_version_are_no_mistakes() {
         assert!(text(&help.stdout).contains(option), "{option} is not explained");
     }
 }
+
+#[test]
+fn the_committed_figure_73_is_what_the_command_in_the_readme_draws_today() {
+    let scratch = Scratch::new();
+    let plot = scratch.path("figure-73.svg");
+    let output = film_feed(&["--feeds", "1", "--plot", &plot]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let committed = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/figures/figure-73.svg");
+    assert_eq!(
+        std::fs::read_to_string(&plot).unwrap(),
+        std::fs::read_to_string(committed).unwrap(),
+        "draw it anew: film-feed run --feeds 1 --plot docs/figures/figure-73.svg"
+    );
+}
+
+#[test]
+fn at_constant_speed_the_motor_stays_within_2_percent_of_the_interpolator() {
+    // Thesis, text of fig. 73: "it swings by about 2 % about the set-value".
+    let scratch = Scratch::new();
+    let trace = scratch.path("feed.csv");
+    let output = film_feed(&["--feeds", "1", "--trace", &trace]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let csv = std::fs::read_to_string(&trace).unwrap();
+    let speeds = csv.lines().skip(1).filter_map(|line| {
+        let row: Vec<&str> = line.split(',').collect();
+        (row[1] == "1").then(|| (row[6].parse::<f64>().unwrap(), row[7].parse::<f64>().unwrap()))
+    });
+    let constant: Vec<(f64, f64)> = speeds.filter(|(set, _)| (set - 2814.529).abs() < 0.01).collect();
+    // 1200 mm at 1200 mm/s and 2400 mm/s²: half a second of constant speed.
+    assert!(constant.len().abs_diff(500) < 3, "{}", constant.len());
+    for (set, actual) in constant {
+        assert!((actual / set - 1.0).abs() < 0.02, "{actual} instead of {set}");
+    }
+}
