@@ -1,4 +1,5 @@
 //! The bus modules of the drive.
 
+pub mod can_port;
 pub mod dp;
 mod records;
