@@ -11,7 +11,6 @@ use dp_master::time::{Baud, Duration, Instant};
 use lenze9300_model::bus::dp::{Emf2133, Emf2133Config, ModuleError, PAR_AND_FOUR_WORDS};
 use lenze9300_model::device::{Drive, DriveConfig};
 use lenze9300_model::plant::ShaftAngle;
-use lenze9300_model::{TICK_NS, TICKS_PER_MS};
 use thiserror::Error;
 
 use crate::block::{FilmFeedBlock, Inputs, Outputs};
@@ -91,6 +90,8 @@ pub struct Rig {
     plc_cycle: Duration,
     next_plc: Instant,
     next_tick: Instant,
+    tick: Duration,
+    ticks_per_ms: u64,
     /// Before this moment line and stations have nothing to do; `None`: never again by themselves.
     line_due: Option<Instant>,
     ticks: u64,
@@ -159,6 +160,7 @@ impl Rig {
         let module_port = line.attach();
         let film = Film::new(config.film.clone(), ShaftAngle::default());
         let now = Instant::ZERO;
+        let tick = Duration::from_nanos(config.drive.axis.tick_ns);
         Ok(Rig {
             now,
             line,
@@ -179,7 +181,9 @@ impl Rig {
             watch: ParameterWatch::new(PARAMETER_LIMIT_NS, 0),
             plc_cycle: Duration::from_nanos(config.plc_cycle_ns),
             next_plc: now + Duration::from_nanos(config.plc_cycle_ns),
-            next_tick: now + Duration::from_nanos(TICK_NS),
+            next_tick: now + tick,
+            tick,
+            ticks_per_ms: config.drive.axis.ticks_per_position_period(),
             line_due: Some(now),
             ticks: 0,
         })
@@ -195,7 +199,7 @@ impl Rig {
         while self.next_tick <= self.next_plc {
             self.pump_line(self.next_tick);
             self.drive_tick(observer);
-            self.next_tick += Duration::from_nanos(TICK_NS);
+            self.next_tick += self.tick;
         }
         self.pump_line(self.next_plc);
     }
@@ -254,7 +258,7 @@ impl Rig {
     }
 
     fn drive_tick(&mut self, observer: &mut impl TickObserver) {
-        if self.ticks.is_multiple_of(TICKS_PER_MS) {
+        if self.ticks.is_multiple_of(self.ticks_per_ms) {
             self.module.cycle_1ms(&mut self.drive);
         }
         self.ticks += 1;
@@ -264,7 +268,7 @@ impl Rig {
         }
         observer.tick(&mut TickView {
             now_ns: self.now.as_nanos(),
-            ends_millisecond: self.ticks.is_multiple_of(TICKS_PER_MS),
+            ends_millisecond: self.ticks.is_multiple_of(self.ticks_per_ms),
             drive: &mut self.drive,
             film: &mut self.film,
             module: &self.module,

@@ -10,8 +10,8 @@ use crate::control::{
     CurrentController, Decoupling, PiGains, PositionController, SpeedController, SpeedGains, SpeedInput, VoltageReserve,
 };
 use crate::plant::{
-    DcLink, DcLinkParams, Dq, DriveTrain, Feedback, FeedbackParams, LinkState, LinkThresholds, Mains, MechanicsParams,
-    OutputStage, PmsmParams, ShaftAngle, ShaftSegment, limit_to_voltage_circle, without_denormals,
+    DcLink, DcLinkParams, Dq, DriveTrain, EnergyBalance, Feedback, FeedbackParams, LinkState, LinkThresholds, Mains,
+    MechanicsParams, OutputStage, PmsmParams, ShaftAngle, ShaftSegment, limit_to_voltage_circle, without_denormals,
 };
 use crate::units::{Percent, Rpm};
 
@@ -291,9 +291,9 @@ pub struct AxisSample {
     pub torque_limited: bool,
     /// Whether the DC link limited the voltage that was computed in this tick.
     pub voltage_limited: bool,
-    /// True speed of the shaft, rad/s; only a model knows it.
+    /// True speed of the motor's shaft, rad/s; only a model knows it.
     pub omega_true: f64,
-    /// True angle of the shaft since power-up.
+    /// True angle of the motor's shaft since power-up.
     pub angle: ShaftAngle,
 }
 
@@ -381,7 +381,8 @@ impl Axis {
         axis
     }
 
-    /// Moves the axis on by one tick and returns the way its shaft took.
+    /// Moves the axis on by one tick and returns the way that what it drives took, reduced to the motor: that of its shaft, unless an
+    /// elastic coupling lies between.
     pub fn tick(&mut self, command: AxisCommand) -> ShaftSegment {
         let speed_period = self.ticks_to_speed_period == 0;
         self.ticks_to_speed_period = if speed_period {
@@ -411,6 +412,12 @@ impl Axis {
         segment
     }
 
+    /// Position that the resolver gave, increments, at a share of the last tick, `0.0..=1.0`, whose motion was `driven`.
+    #[must_use]
+    pub fn position_at(&self, driven: &ShaftSegment, share: f64) -> i64 {
+        self.train.rotor_angle_at(driven, share).increments()
+    }
+
     /// What was seen at the end of the last tick.
     #[must_use]
     pub fn sample(&self) -> &AxisSample {
@@ -427,6 +434,30 @@ impl Axis {
     #[must_use]
     pub fn params(&self) -> &AxisParams {
         &self.params
+    }
+
+    /// Where its energy came from and went since power-up.
+    #[must_use]
+    pub fn energy(&self) -> EnergyBalance {
+        let (train, link) = (self.train.counted(), self.link.counted());
+        EnergyBalance {
+            mains_j: link.mains_j,
+            external_j: train.external_j,
+            source_loss_j: link.source_loss_j,
+            standby_j: link.standby_j,
+            brake_j: link.brake_j,
+            inverter_loss_j: train.inverter_loss_j,
+            copper_j: train.copper_j,
+            friction_j: train.friction_j,
+            coupling_loss_j: train.coupling_loss_j,
+            load_j: train.load_j,
+            motoring_j: train.motoring_j,
+            regenerated_j: train.regenerated_j,
+            capacitor_j: link.capacitor_j,
+            field_j: self.train.winding_energy_j(),
+            kinetic_j: self.train.kinetic_energy_j(),
+            elastic_j: self.train.elastic_energy_j(),
+        }
     }
 
     /// Torque of the load against the positive direction, reduced to the motor, Nm.

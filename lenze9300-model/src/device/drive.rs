@@ -277,7 +277,7 @@ impl Drive {
 
     /// One tick of the current controller, 125 µs as delivered: every eighth time the 1 ms task, then the control loops.
     ///
-    /// Returns the exact motion of the shaft, in which the machine finds the edges of its sensors; they come back by
+    /// Returns the exact motion of what the shaft drives, in which the machine finds the edges of its sensors; they come back by
     /// [`edge_e1`](Self::edge_e1) before the next tick.
     pub fn tick(&mut self) -> ShaftSegment {
         if self.tick_in_ms == 0 {
@@ -295,7 +295,7 @@ impl Drive {
         self.terminals.e[0] = level;
         let edge = if level { ActiveEdge::Rising } else { ActiveEdge::Falling };
         self.touch
-            .handle_edge(edge, shaft.angle_at(fraction).increments() - self.reference);
+            .handle_edge(edge, self.axis.position_at(shaft, fraction) - self.reference);
     }
 
     /// The function blocks: monitoring, enable, traversing program, position controller. The speed set-value it forms

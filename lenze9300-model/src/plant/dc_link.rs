@@ -1,5 +1,7 @@
 use core::f64::consts::SQRT_2;
 
+use super::energy::LinkEnergy;
+
 /// The three-phase mains in front of the rectifier.
 #[doc(alias = "Netz")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -130,6 +132,8 @@ pub struct DcLink {
     charging_share: f64,
     pub(crate) source_share: f64,
     dt_s: f64,
+    energy_at_start_j: f64,
+    counted: LinkEnergy,
 }
 
 impl DcLink {
@@ -151,7 +155,10 @@ impl DcLink {
             charging_share: implicit_share(dt_s, params.charging_ohm * params.capacitance_f),
             source_share: implicit_share(dt_s, params.source_ohm * params.capacitance_f),
             dt_s,
+            energy_at_start_j: 0.0,
+            counted: LinkEnergy::default(),
         };
+        link.energy_at_start_j = link.energy_j();
         link.update_state();
         link
     }
@@ -190,6 +197,14 @@ impl DcLink {
         0.5 * self.params.capacitance_f * self.voltage_v * self.voltage_v
     }
 
+    /// Where its energy came from and went since power-up.
+    pub(crate) fn counted(&self) -> LinkEnergy {
+        LinkEnergy {
+            capacitor_j: self.energy_j() - self.energy_at_start_j,
+            ..self.counted
+        }
+    }
+
     /// Energy that comes back at once, J: that of the winding when the pulses stop.
     pub(crate) fn absorb(&mut self, energy_j: f64) {
         self.voltage_v = (self.voltage_v * self.voltage_v + 2.0 * energy_j / self.params.capacitance_f).sqrt();
@@ -201,26 +216,48 @@ impl DcLink {
         let mut power_out = inverter_w;
         if self.voltage_v > 0.0 {
             power_out += self.params.standby_w;
+            self.counted.standby_j += self.params.standby_w * self.dt_s;
         }
         if let Some(brake) = self.params.brake {
             self.chopper_on = self.voltage_v > if self.chopper_on { brake.off_v } else { brake.on_v };
             if self.chopper_on {
-                power_out += self.voltage_v * self.voltage_v / brake.resistance_ohm;
+                let brake_w = self.voltage_v * self.voltage_v / brake.resistance_ohm;
+                power_out += brake_w;
+                self.counted.brake_j += brake_w * self.dt_s;
             }
         }
-        let squared = self.voltage_v * self.voltage_v - self.volt_squared_per_watt * power_out;
-        // An empty capacitor has nothing left to give.
-        let mut voltage_v = squared.max(0.0).sqrt();
+        let mut squared = self.voltage_v * self.voltage_v - self.volt_squared_per_watt * power_out;
+        if squared < 0.0 {
+            // An empty capacitor has nothing left to give; its last consumer, the supply, goes short.
+            self.counted.standby_j += 0.5 * self.params.capacitance_f * squared;
+            squared = 0.0;
+        }
+        let mut voltage_v = squared.sqrt();
         if self.mains == Mains::On && voltage_v < self.rectified_v {
-            let share = if voltage_v < self.params.thresholds.lu_v {
-                self.charging_share
-            } else {
-                self.source_share
-            };
-            voltage_v += share * (self.rectified_v - voltage_v);
+            voltage_v = self.charge(voltage_v);
         }
         self.voltage_v = voltage_v;
         self.update_state();
+    }
+
+    /// The rectifier charges the capacitor from `from_v`; returns the voltage after the tick.
+    ///
+    /// A capacitor that a constant voltage U charges through whatever resistance takes U·C·Δu from it; C/2 of the difference of
+    /// the squares of what was missing becomes heat.
+    #[inline]
+    fn charge(&mut self, from_v: f64) -> f64 {
+        let share = if from_v < self.params.thresholds.lu_v {
+            self.charging_share
+        } else {
+            self.source_share
+        };
+        let missing_v = self.rectified_v - from_v;
+        let to_v = from_v + share * missing_v;
+        let still_missing_v = self.rectified_v - to_v;
+        let capacitance_f = self.params.capacitance_f;
+        self.counted.mains_j += capacitance_f * self.rectified_v * (to_v - from_v);
+        self.counted.source_loss_j += 0.5 * capacitance_f * (missing_v * missing_v - still_missing_v * still_missing_v);
+        to_v
     }
 
     /// Length of the tick this link was made for, s.

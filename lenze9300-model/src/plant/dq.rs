@@ -28,6 +28,15 @@ impl Dq {
         self.d * other.d + self.q * other.q
     }
 
+    /// The vector turned counter-clockwise by an angle, rad.
+    ///
+    /// With `libm`'s sine and cosine, which are the same bits on every machine.
+    #[must_use]
+    pub fn turned_by(self, angle_rad: f64) -> Self {
+        let (sin, cos) = libm::sincos(angle_rad);
+        Self::new(self.d * cos - self.q * sin, self.d * sin + self.q * cos)
+    }
+
     /// Peak value of the phase quantity.
     #[must_use]
     pub fn magnitude(self) -> f64 {

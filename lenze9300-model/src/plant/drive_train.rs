@@ -1,46 +1,62 @@
-use super::pmsm::{MotorEquations, MotorInput, MotorState};
-use super::solver::{rk4_step, substeps};
-use super::{Contact, Dq, MechanicsParams, OutputStage, PmsmParams, ShaftAngle, ShaftSegment};
+use nalgebra::SVector;
 
-/// Motor and rigid mechanics, integrated together.
+use super::elastic::Elastic;
+use super::energy::TrainEnergy;
+use super::pmsm::{MotorEquations, MotorInput, MotorState};
+use super::solver::{rk4_step_with_integral, substeps};
+use super::{
+    Contact, Dq, Interval, MechanicsParams, OutputStage, PmsmParams, RotorFixed, ShaftAngle, ShaftSegment, Terminals,
+};
+
+/// Motor and mechanics, integrated together.
 ///
-/// One RK4 step per tick (more if the parameters ask for it, see [`substeps`]). Only when the speed passes zero is the tick
-/// divided at that moment, so that friction can change its side or hold; at most four times.
+/// One RK4 step per tick (more if the parameters ask for it, see [`substeps`]). Only when the speed passes zero, or an elastic
+/// coupling changes its flank, is the tick divided at that moment, so that friction can change its side or hold; a few times at
+/// most.
 #[derive(Debug, Clone)]
 pub struct DriveTrain {
     pub(crate) equations: MotorEquations,
-    pub(crate) inv_l_d: f64,
-    pub(crate) inv_l_q: f64,
-    l_d: f64,
-    l_q: f64,
+    pub(crate) inv_l: Dq,
+    /// Of all that turns with the rotor.
     pub(crate) inv_j: f64,
+    /// On the rotor's side of the coupling.
     pub(crate) coulomb_nm: f64,
     pub(crate) viscous_nm_s: f64,
     pub(crate) load_nm: f64,
-    dt_s: f64,
+    pub(super) dt_s: f64,
     pub(crate) substeps: u32,
-    step_share: f64,
+    pub(super) step_share: f64,
     pub(crate) current: Dq,
     pub(crate) omega: f64,
     pub(crate) angle: ShaftAngle,
     pub(crate) contact: Contact,
     pub(crate) electrical_w: f64,
+    /// The driven side, if it is not rigidly coupled.
+    pub(super) elastic: Option<Box<Elastic>>,
+    pub(super) counted: TrainEnergy,
 }
+
+/// Integrals over a piece of a tick: current along d and q in the frame of the voltage, A s; current squared, A² s; speed
+/// squared, rad²/s.
+pub(super) type Passed = SVector<f64, 4>;
 
 impl DriveTrain {
     /// Standing still without current at angle zero. `omega_max_rad_s` is the speed up to which the solver keeps its accuracy.
     #[must_use]
     pub fn new(motor: &PmsmParams, mechanics: &MechanicsParams, omega_max_rad_s: f64, dt_s: f64) -> Self {
-        let j_total = mechanics.j_total_kg_m2();
-        let substeps = substeps(dt_s, motor.spectral_radius(j_total, omega_max_rad_s));
+        let elastic = Elastic::new(mechanics).map(Box::new);
+        let (j_motor, coulomb_nm) = match &elastic {
+            Some(elastic) => (mechanics.j_rotor_kg_m2, mechanics.coulomb_nm - elastic.coulomb_nm()),
+            None => (mechanics.j_total_kg_m2(), mechanics.coulomb_nm),
+        };
+        let electrical = motor.spectral_radius(j_motor, omega_max_rad_s);
+        let mechanical = elastic.as_ref().map_or(0.0, |elastic| elastic.spectral_radius(j_motor));
+        let substeps = substeps(dt_s, electrical.max(mechanical));
         Self {
             equations: MotorEquations::new(motor),
-            inv_l_d: 1.0 / motor.l_d,
-            inv_l_q: 1.0 / motor.l_q,
-            l_d: motor.l_d,
-            l_q: motor.l_q,
-            inv_j: 1.0 / j_total,
-            coulomb_nm: mechanics.coulomb_nm,
+            inv_l: Dq::new(1.0 / motor.l_d, 1.0 / motor.l_q),
+            inv_j: 1.0 / j_motor,
+            coulomb_nm,
             viscous_nm_s: mechanics.viscous_nm_s,
             load_nm: 0.0,
             dt_s,
@@ -51,10 +67,12 @@ impl DriveTrain {
             angle: ShaftAngle::default(),
             contact: Contact::Stuck,
             electrical_w: 0.0,
+            elastic,
+            counted: TrainEnergy::default(),
         }
     }
 
-    /// Torque of the load against the positive direction, Nm, from the next tick on.
+    /// Torque of the load against the positive direction, Nm, from the next tick on; behind an elastic coupling, if there is one.
     pub fn set_load_torque(&mut self, load_nm: f64) {
         self.load_nm = load_nm;
     }
@@ -65,16 +83,39 @@ impl DriveTrain {
         self.current
     }
 
-    /// Speed of the shaft, rad/s.
+    /// Speed of the rotor, rad/s.
     #[must_use]
     pub fn omega(&self) -> f64 {
         self.omega
     }
 
-    /// Angle of the shaft since power-up.
+    /// Angle of the rotor since power-up.
     #[must_use]
     pub fn angle(&self) -> ShaftAngle {
         self.angle
+    }
+
+    /// Speed of what is driven, reduced to the motor, rad/s; that of the rotor with a rigid shaft.
+    #[must_use]
+    pub fn driven_omega(&self) -> f64 {
+        self.elastic.as_ref().map_or(self.omega, |elastic| elastic.omega())
+    }
+
+    /// Angle of what is driven, reduced to the motor; that of the rotor with a rigid shaft.
+    #[must_use]
+    pub fn driven_angle(&self) -> ShaftAngle {
+        self.elastic
+            .as_ref()
+            .map_or(self.angle, |elastic| elastic.angle(self.angle))
+    }
+
+    /// Angle of the rotor at a share of the last tick, `0.0..=1.0`, whose motion of the driven side was `driven`.
+    #[must_use]
+    pub fn rotor_angle_at(&self, driven: &ShaftSegment, share: f64) -> ShaftAngle {
+        self.elastic
+            .as_ref()
+            .map_or(driven, |elastic| elastic.rotor_segment())
+            .angle_at(share)
     }
 
     /// Torque in the air gap, Nm.
@@ -83,13 +124,13 @@ impl DriveTrain {
         self.equations.torque(self.current.d, self.current.q)
     }
 
-    /// What the friction pair does.
+    /// What the friction pair on the rotor's side does.
     #[must_use]
     pub fn contact(&self) -> Contact {
         self.contact
     }
 
-    /// Mean electrical power of the last tick, W; positive when the motor takes it.
+    /// Mean power that the inverter took from the DC link in the last tick, W; negative when it gave.
     #[must_use]
     pub fn electrical_power_w(&self) -> f64 {
         self.electrical_w
@@ -98,7 +139,32 @@ impl DriveTrain {
     /// Energy in the windings, J; what the link gets back when the pulses stop.
     #[must_use]
     pub fn winding_energy_j(&self) -> f64 {
-        0.75 * (self.l_d * self.current.d * self.current.d + self.l_q * self.current.q * self.current.q)
+        let Dq { d, q } = self.current;
+        0.75 * (self.equations.l_d * d * d + self.equations.l_q * q * q)
+    }
+
+    /// Energy of the turning masses, J.
+    #[must_use]
+    pub fn kinetic_energy_j(&self) -> f64 {
+        let driven_j = self.elastic.as_ref().map_or(0.0, |elastic| elastic.kinetic_energy_j());
+        0.5 * self.omega * self.omega / self.inv_j + driven_j
+    }
+
+    /// Energy in the twist of the coupling, J.
+    #[must_use]
+    pub fn elastic_energy_j(&self) -> f64 {
+        self.elastic.as_ref().map_or(0.0, |elastic| elastic.stored_energy_j())
+    }
+
+    /// Where its energy went since power-up.
+    pub(crate) fn counted(&self) -> TrainEnergy {
+        self.counted
+    }
+
+    /// Whether rotor and load are one mass.
+    #[must_use]
+    pub fn is_rigid(&self) -> bool {
+        self.elastic.is_none()
     }
 
     /// Steps that the solver takes in a tick.
@@ -109,72 +175,106 @@ impl DriveTrain {
 
     /// Turns the shaft at a given speed from now on: the initial state of a trial.
     pub fn set_omega(&mut self, omega_mech_rad_s: f64) {
+        let before_j = self.kinetic_energy_j();
         self.omega = omega_mech_rad_s;
-        self.contact = if omega_mech_rad_s > 0.0 {
-            Contact::Positive
-        } else if omega_mech_rad_s < 0.0 {
-            Contact::Negative
-        } else {
-            Contact::Stuck
-        };
+        self.contact = Contact::sliding_at(omega_mech_rad_s);
+        if let Some(elastic) = &mut self.elastic {
+            elastic.set_omega(omega_mech_rad_s);
+        }
+        self.counted.external_j += self.kinetic_energy_j() - before_j;
     }
 
-    /// One tick under what the output stage does.
+    /// One tick under what the output stage does; returns the motion of the driven side.
     #[inline]
     pub fn advance(&mut self, stage: OutputStage) -> ShaftSegment {
-        let (voltage, inv_l_d, inv_l_q) = match stage {
-            OutputStage::Active(voltage) => (voltage, self.inv_l_d, self.inv_l_q),
-            OutputStage::Inhibited => {
-                self.current = Dq::ZERO;
-                (Dq::ZERO, 0.0, 0.0)
-            }
-        };
-        let start = self.angle;
-        let omega_start = self.omega;
-        let current_start = self.current;
-        if self.contact == Contact::Stuck {
-            self.contact = Contact::at_rest(self.torque() - self.load_nm, self.coulomb_nm);
+        match stage {
+            OutputStage::Active(voltage) => self.advance_through([Interval {
+                terminals: RotorFixed(voltage),
+                drop_v: Dq::ZERO,
+                duration_s: self.dt_s,
+            }]),
+            OutputStage::Inhibited => self.coast(),
         }
-        if self.contact == Contact::Stuck && stage == OutputStage::Inhibited {
+    }
+
+    /// One tick through intervals that fill it; returns the motion of the driven side.
+    #[inline]
+    pub fn advance_through<T: Terminals>(&mut self, intervals: impl IntoIterator<Item = Interval<T>>) -> ShaftSegment {
+        if self.elastic.is_some() {
+            return self.advance_elastic(self.inv_l, intervals);
+        }
+        self.advance_rigid(self.inv_l, intervals)
+    }
+
+    /// One tick with an open output stage.
+    fn coast(&mut self) -> ShaftSegment {
+        self.current = Dq::ZERO;
+        let open = [Interval {
+            terminals: RotorFixed(Dq::ZERO),
+            drop_v: Dq::ZERO,
+            duration_s: self.dt_s,
+        }];
+        if self.elastic.is_some() {
+            return self.advance_elastic(Dq::ZERO, open);
+        }
+        if self.contact == Contact::Stuck && Contact::at_rest(-self.load_nm, self.coulomb_nm) == Contact::Stuck {
             // Nothing flows, nothing moves: nothing to integrate.
             self.electrical_w = 0.0;
             return ShaftSegment {
-                start,
-                end: start,
+                start: self.angle,
+                end: self.angle,
                 omega_start: 0.0,
                 omega_end: 0.0,
                 dt_s: self.dt_s,
             };
         }
+        self.advance_rigid(Dq::ZERO, open)
+    }
+
+    #[inline]
+    fn advance_rigid<T: Terminals>(
+        &mut self,
+        inv_l: Dq,
+        intervals: impl IntoIterator<Item = Interval<T>>,
+    ) -> ShaftSegment {
+        let (start, omega_start) = (self.angle, self.omega);
+        if self.contact == Contact::Stuck {
+            self.contact = Contact::at_rest(self.torque() - self.load_nm, self.coulomb_nm);
+        }
         let mut input = MotorInput {
-            voltage,
             tau_against: 0.0,
             viscous: self.viscous_nm_s,
-            inv_l_d,
-            inv_l_q,
+            inv_l,
             inv_j: self.inv_j,
         };
         let mut x = MotorState::new(self.current.d, self.current.q, self.omega, 0.0);
-        let mut remaining_s = self.dt_s;
-        for _ in 0..MAX_PIECES {
-            let (after, rest_s) = self.piece(&x, remaining_s, &mut input);
-            x = after;
-            remaining_s = rest_s;
-            if rest_s <= 0.0 {
-                break;
+        let mut electrical_j = 0.0;
+        for interval in intervals {
+            let mut remaining_s = interval.duration_s;
+            let mut passed = Passed::zeros();
+            for _ in 0..MAX_PIECES {
+                let (after, part, rest_s) = self.piece(&x, remaining_s, &mut input, &interval.terminals);
+                self.counted.friction_j += self.contact_before(&input) * (after[3] - x[3]);
+                x = after;
+                passed += part;
+                remaining_s = rest_s;
+                if rest_s <= 0.0 {
+                    break;
+                }
             }
+            if remaining_s > 0.0 {
+                // Chattering about zero: what is left of the interval passes at rest.
+                self.contact = Contact::Stuck;
+                x[2] = 0.0;
+                input.inv_j = 0.0;
+                let (after, part) = self.integrate(&x, remaining_s, &input, &interval.terminals);
+                x = after;
+                passed += part;
+            }
+            electrical_j += self.count(&interval, &passed);
         }
-        if remaining_s > 0.0 {
-            // Chattering about zero: what is left of the tick passes at rest.
-            self.contact = Contact::Stuck;
-            x[2] = 0.0;
-            input.inv_j = 0.0;
-            x = self.integrate(&x, remaining_s, &input);
-        }
-        self.current = Dq::new(without_denormals(x[0]), without_denormals(x[1]));
-        self.omega = without_denormals(x[2]);
-        self.angle = start.advanced_by_radians(x[3]);
-        self.electrical_w = 0.75 * voltage.dot(current_start + self.current);
+        self.counted.load_j += self.load_nm * x[3];
+        self.end_tick(Dq::new(x[0], x[1]), x[2], x[3], electrical_j);
         ShaftSegment {
             start,
             end: self.angle,
@@ -184,9 +284,47 @@ impl DriveTrain {
         }
     }
 
-    /// Integrates until the end of the tick or until the speed passes zero; returns the state and the time that is left.
+    /// Takes over the state after a tick.
     #[inline]
-    fn piece(&mut self, x: &MotorState, duration_s: f64, input: &mut MotorInput) -> (MotorState, f64) {
+    pub(super) fn end_tick(&mut self, current: Dq, omega: f64, travel_rad: f64, electrical_j: f64) {
+        self.current = Dq::new(without_denormals(current.d), without_denormals(current.q));
+        self.omega = without_denormals(omega);
+        self.angle = self.angle.advanced_by_radians(travel_rad);
+        self.electrical_w = electrical_j / self.dt_s;
+        if electrical_j > 0.0 {
+            self.counted.motoring_j += electrical_j;
+        } else {
+            self.counted.regenerated_j -= electrical_j;
+        }
+    }
+
+    /// Counts the heat of an interval on the rotor's side; returns what the inverter took from the link, J.
+    #[inline]
+    pub(super) fn count<T: Terminals>(&mut self, interval: &Interval<T>, passed: &Passed) -> f64 {
+        let charge = Dq::new(passed[0], passed[1]);
+        let loss_j = 1.5 * interval.drop_v.dot(charge);
+        self.counted.inverter_loss_j += loss_j;
+        self.counted.copper_j += 1.5 * self.equations.r_s * passed[2];
+        self.counted.friction_j += self.viscous_nm_s * passed[3];
+        1.5 * interval.terminals.own_voltage().dot(charge) + loss_j
+    }
+
+    /// Torque with which dry friction held against the positive direction during a piece, Nm.
+    #[inline]
+    fn contact_before(&self, input: &MotorInput) -> f64 {
+        input.tau_against - self.load_nm
+    }
+
+    /// Integrates until the end of the interval or until the speed passes zero; returns the state, what passed, and the time that
+    /// is left.
+    #[inline]
+    fn piece(
+        &mut self,
+        x: &MotorState,
+        duration_s: f64,
+        input: &mut MotorInput,
+        terminals: &impl Terminals,
+    ) -> (MotorState, Passed, f64) {
         let sign = self.contact.sign();
         input.tau_against = self.load_nm + sign * self.coulomb_nm;
         input.inv_j = if self.contact == Contact::Stuck {
@@ -194,12 +332,12 @@ impl DriveTrain {
         } else {
             self.inv_j
         };
-        let after = self.integrate(x, duration_s, input);
+        let (after, passed) = self.integrate(x, duration_s, input, terminals);
         // Stuck: sign and speed are zero, the product never negative.
         if after[2] * sign >= 0.0 {
-            return (after, 0.0);
+            return (after, passed, 0.0);
         }
-        self.stop_inside(x, &after, duration_s, input)
+        self.stop_inside(x, &after, duration_s, input, terminals)
     }
 
     /// The speed has passed zero: goes back to that moment and decides what the contact does then.
@@ -210,30 +348,52 @@ impl DriveTrain {
         after: &MotorState,
         duration_s: f64,
         input: &MotorInput,
-    ) -> (MotorState, f64) {
+        terminals: &impl Terminals,
+    ) -> (MotorState, Passed, f64) {
         // The speed is as good as linear within a tick. A stop at the very start (share 0) makes no step.
         let share = x[2] / (x[2] - after[2]);
         let until_s = if share > 0.0 { share * duration_s } else { 0.0 };
-        let mut stopped = if until_s > 0.0 {
-            self.integrate(x, until_s, input)
+        let (mut stopped, passed) = if until_s > 0.0 {
+            self.integrate(x, until_s, input, terminals)
         } else {
-            *x
+            (*x, Passed::zeros())
         };
         stopped[2] = 0.0;
         let drive_nm = self.equations.torque(stopped[0], stopped[1]) - self.load_nm;
         self.contact = Contact::at_rest(drive_nm, self.coulomb_nm);
-        (stopped, duration_s - until_s)
+        (stopped, passed, duration_s - until_s)
     }
 
     #[inline]
-    fn integrate(&self, x: &MotorState, duration_s: f64, input: &MotorInput) -> MotorState {
+    fn integrate(
+        &self,
+        x: &MotorState,
+        duration_s: f64,
+        input: &MotorInput,
+        terminals: &impl Terminals,
+    ) -> (MotorState, Passed) {
         let h_s = duration_s * self.step_share;
         let mut x = *x;
+        let mut passed = Passed::zeros();
         for _ in 0..self.substeps {
-            x = rk4_step(&x, h_s, |x| self.equations.derivative(x, input));
+            let (after, part) = rk4_step_with_integral(
+                &x,
+                h_s,
+                |x| self.equations.derivative(x, input, terminals),
+                |x| passing(Dq::new(x[0], x[1]), x[2], x[3], terminals),
+            );
+            x = after;
+            passed += part;
         }
-        x
+        (x, passed)
     }
+}
+
+/// What [`Passed`] is the integral of.
+#[inline]
+pub(super) fn passing(current: Dq, omega: f64, theta_mech_rad: f64, terminals: &impl Terminals) -> Passed {
+    let own = terminals.current_in_own_frame(current, theta_mech_rad);
+    Passed::new(own.d, own.q, current.dot(current), omega * omega)
 }
 
 /// Zero for what is too small to matter (1e-18 of any unit here).
@@ -244,7 +404,7 @@ pub(crate) fn without_denormals(value: f64) -> f64 {
     if value.abs() < 1e-18 { 0.0 } else { value }
 }
 
-/// Pieces into which stops may divide a tick.
+/// Pieces into which stops may divide an interval.
 const MAX_PIECES: usize = 4;
 
 #[cfg(test)]

@@ -7,23 +7,28 @@
 mod dc_link;
 mod dq;
 mod drive_train;
+mod elastic;
+mod energy;
 mod feedback;
 mod inverter;
 mod mechanics;
 mod pmsm;
 mod shaft;
 mod solver;
+mod terminals;
 mod thermal;
 
 pub use dc_link::{BrakeModule, DcLink, DcLinkParams, LinkState, LinkThresholds, Mains};
 pub use dq::Dq;
 pub use drive_train::DriveTrain;
+pub use energy::EnergyBalance;
 pub use feedback::{Feedback, FeedbackParams};
 pub use inverter::{OutputStage, Realised, limit_to_voltage_circle};
-pub use mechanics::{Contact, MechanicsParams};
+pub use mechanics::{Contact, Coupling, MechanicsParams};
 pub use pmsm::{MotorState, PmsmParams};
 pub use shaft::{ShaftAngle, ShaftSegment};
-pub use solver::{MAX_STEP_TIMES_RADIUS, rk4_step, substeps};
+pub use solver::{MAX_STEP_TIMES_RADIUS, rk4_step, rk4_step_with_integral, substeps};
+pub use terminals::{Interval, RotorFixed, StatorFixed, Terminals};
 pub use thermal::{Thermal, ThermalParams};
 
 pub(crate) use drive_train::without_denormals;

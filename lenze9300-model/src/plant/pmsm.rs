@@ -2,7 +2,7 @@ use core::f64::consts::SQRT_2;
 
 use nalgebra::SVector;
 
-use super::Dq;
+use super::{Dq, Terminals};
 
 /// State of motor and shaft within one tick: `[i_d A, i_q A, omega_mech rad/s, theta_mech rad]`.
 ///
@@ -112,15 +112,14 @@ impl Default for PmsmParams {
 
 /// What acts on motor and shaft during one piece of a tick, with the reciprocals that make the derivative cheap.
 ///
-/// A locked shaft has `inv_j = 0`, an open output stage `inv_l_d = inv_l_q = 0`: the derivative needs no branch.
+/// A locked shaft has `inv_j = 0`, an open output stage `inv_l = 0`: the derivative needs no branch.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MotorInput {
-    pub(crate) voltage: Dq,
     /// Torque against the positive direction, without the viscous part, Nm.
     pub(crate) tau_against: f64,
     pub(crate) viscous: f64,
-    pub(crate) inv_l_d: f64,
-    pub(crate) inv_l_q: f64,
+    /// Reciprocals of the inductances along d and q, 1/H.
+    pub(crate) inv_l: Dq,
     pub(crate) inv_j: f64,
 }
 
@@ -155,14 +154,24 @@ impl MotorEquations {
         (self.torque_psi + self.torque_saliency * i_d) * i_q
     }
 
-    /// Time derivative of the state.
+    /// Time derivatives of the currents, A/s.
     #[inline]
-    pub(crate) fn derivative(&self, x: &MotorState, input: &MotorInput) -> MotorState {
-        let (i_d, i_q, omega) = (x[0], x[1], x[2]);
+    pub(crate) fn current_slopes(&self, current: Dq, omega: f64, voltage: Dq, inv_l: Dq) -> (f64, f64) {
         let omega_el = self.n_p * omega;
+        (
+            (voltage.d - self.r_s * current.d + omega_el * self.l_q * current.q) * inv_l.d,
+            (voltage.q - self.r_s * current.q - omega_el * (self.l_d * current.d + self.psi_f)) * inv_l.q,
+        )
+    }
+
+    /// Time derivative of the state of a motor on a rigid shaft.
+    #[inline]
+    pub(crate) fn derivative(&self, x: &MotorState, input: &MotorInput, terminals: &impl Terminals) -> MotorState {
+        let (i_d, i_q, omega) = (x[0], x[1], x[2]);
+        let (slope_d, slope_q) = self.current_slopes(Dq::new(i_d, i_q), omega, terminals.voltage(x[3]), input.inv_l);
         MotorState::new(
-            (input.voltage.d - self.r_s * i_d + omega_el * self.l_q * i_q) * input.inv_l_d,
-            (input.voltage.q - self.r_s * i_q - omega_el * (self.l_d * i_d + self.psi_f)) * input.inv_l_q,
+            slope_d,
+            slope_q,
             (self.torque(i_d, i_q) - input.tau_against - input.viscous * omega) * input.inv_j,
             omega,
         )

@@ -186,12 +186,15 @@ fn drive_train(now: &State, next: &mut State, k: &Constants, unusual: &mut Unusu
             )
         };
         let (d1, q1, w1) = derivative(i_d, i_q, omega);
-        let o2 = omega + w1 * half;
-        let (d2, q2, w2) = derivative(i_d + d1 * half, i_q + q1 * half, o2);
-        let o3 = omega + w2 * half;
-        let (d3, q3, w3) = derivative(i_d + d2 * half, i_q + q2 * half, o3);
-        let o4 = omega + w3 * h;
-        let (d4, q4, w4) = derivative(i_d + d3 * h, i_q + q3 * h, o4);
+        let (i_d2, i_q2, o2) = (i_d + d1 * half, i_q + q1 * half, omega + w1 * half);
+        let (d2, q2, w2) = derivative(i_d2, i_q2, o2);
+        let (i_d3, i_q3, o3) = (i_d + d2 * half, i_q + q2 * half, omega + w2 * half);
+        let (d3, q3, w3) = derivative(i_d3, i_q3, o3);
+        let (i_d4, i_q4, o4) = (i_d + d3 * h, i_q + q3 * h, omega + w3 * h);
+        let (d4, q4, w4) = derivative(i_d4, i_q4, o4);
+        let charge_d = (i_d + (i_d2 + i_d3) * 2.0 + i_d4) * sixth;
+        let charge_q = (i_q + (i_q2 + i_q3) * 2.0 + i_q4) * sixth;
+        next.electrical_w[l] = 1.5 * (u_d * charge_d + u_q * charge_q) / h;
         next.i_d[l] = i_d + (d1 + (d2 + d3) * 2.0 + d4) * sixth;
         next.i_q[l] = i_q + (q1 + (q2 + q3) * 2.0 + q4) * sixth;
         next.omega[l] = omega + (w1 + (w2 + w3) * 2.0 + w4) * sixth;
@@ -203,7 +206,6 @@ fn drive_train(now: &State, next: &mut State, k: &Constants, unusual: &mut Unusu
         next.i_d[l] = i_d;
         next.i_q[l] = i_q;
         next.omega[l] = without_denormals(next.omega[l]);
-        next.electrical_w[l] = 0.75 * (next.applied_d[l] * (now.i_d[l] + i_d) + next.applied_q[l] * (now.i_q[l] + i_q));
         // `ShaftAngle::new`
         let offset = now.angle_fraction[l] + travel_rad[l] * INC_PER_RAD;
         let floor = floor(offset);

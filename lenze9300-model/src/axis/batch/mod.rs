@@ -12,7 +12,8 @@ use crate::plant::{Contact, Dq, LinkState, Mains, OutputStage, ShaftAngle, Shaft
 /// Meant for what runs thousands of axes (sweeps, error statistics). Eight axes share a structure of arrays whose loops the
 /// compiler packs. An axis that meets anything unusual in a tick (torque or voltage limit, a stop inside the tick, LU or OU, brake
 /// module, inhibit) is taken out and worked by [`Axis::tick`] until it is usual again; so there is one model and no second reading
-/// of it. Axes that need sub-steps or do not decouple always are.
+/// of it. Axes that need sub-steps, have an elastic coupling or do not decouple
+/// always are.
 ///
 /// # Example
 ///
@@ -289,6 +290,7 @@ fn occupied(axes: usize) -> u32 {
 fn is_usual(axis: &Axis, command: AxisCommand) -> bool {
     matches!(command, AxisCommand::Speed { .. })
         && axis.train.substeps == 1
+        && axis.train.is_rigid()
         && axis.current.decoupling == Decoupling::On
         && axis.pending != OutputStage::Inhibited
         && axis.sample.link == LinkState::Normal
@@ -391,7 +393,7 @@ fn store_constants(k: &mut Constants, lane: usize, axis: &Axis) {
     k.load_nm[lane] = train.load_nm;
     k.r_s[lane] = motor.r_s;
     (k.l_d[lane], k.l_q[lane]) = (motor.l_d, motor.l_q);
-    (k.inv_l_d[lane], k.inv_l_q[lane]) = (train.inv_l_d, train.inv_l_q);
+    (k.inv_l_d[lane], k.inv_l_q[lane]) = (train.inv_l.d, train.inv_l.q);
     k.psi_f[lane] = motor.psi_f;
     k.n_p[lane] = motor.n_p;
     k.torque_psi[lane] = motor.torque_psi;
