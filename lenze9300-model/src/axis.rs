@@ -10,8 +10,9 @@ use crate::control::{
     CurrentController, Decoupling, PiGains, PositionController, SpeedController, SpeedGains, SpeedInput, VoltageReserve,
 };
 use crate::plant::{
-    DcLink, DcLinkParams, Dq, DriveTrain, EnergyBalance, Feedback, FeedbackParams, LinkState, LinkThresholds, Mains,
-    MechanicsParams, OutputStage, PmsmParams, ShaftAngle, ShaftSegment, limit_to_voltage_circle, without_denormals,
+    CurrentSensor, CurrentSensorParams, DcLink, DcLinkParams, Dq, DriveTrain, EnergyBalance, Feedback, FeedbackParams,
+    Fidelity, InverterParams, LinkState, LinkThresholds, Mains, MechanicsParams, OutputStage, PmsmParams, ShaftAngle,
+    ShaftSegment, Switches, SwitchingPoint, limit_to_voltage_circle, without_denormals,
 };
 use crate::units::{Percent, Rpm};
 
@@ -142,6 +143,14 @@ pub struct AxisParams {
     /// Length of a tick, ns, 10 000…250 000; values outside are limited to that range. 62 500 for a chopping
     /// frequency of 16 kHz.
     pub tick_ns: u64,
+    /// How closely plant and measurements are modelled.
+    pub fidelity: Fidelity,
+    /// Switches of the inverter; act from F2 on.
+    pub inverter: InverterParams,
+    /// Measurement of the currents; acts from F2 on.
+    pub current_sensor: CurrentSensorParams,
+    /// Seed of all noise of this axis, from F2 on.
+    pub noise_seed: u64,
 }
 
 impl Default for AxisParams {
@@ -157,6 +166,10 @@ impl Default for AxisParams {
             n_plant_max: Rpm(5500.0),
             mains: Mains::On,
             tick_ns: TICK_NS,
+            fidelity: Fidelity::Averaged,
+            inverter: InverterParams::default(),
+            current_sensor: CurrentSensorParams::default(),
+            noise_seed: 1,
         }
     }
 }
@@ -322,6 +335,8 @@ pub struct Axis {
     train: DriveTrain,
     link: DcLink,
     feedback: Feedback,
+    /// Switches and sensors with their errors, from F2 on.
+    real: Option<Box<RealParts>>,
     speed: SpeedController,
     current: CurrentController,
     pending: OutputStage,
@@ -335,13 +350,37 @@ pub struct Axis {
     sample: AxisSample,
 }
 
+/// What F1 takes for ideal.
+#[derive(Debug, Clone, Copy)]
+struct RealParts {
+    switches: Switches,
+    sensor: CurrentSensor,
+    /// Current that the controllers see, A peak.
+    measured: Dq,
+}
+
 impl Axis {
     /// An axis at rest at position 0; the DC link is charged if the mains are on.
     #[must_use]
     pub fn new(params: &AxisParams) -> Self {
         let tick_s = params.tick_s();
         let ticks_per_speed_period = params.ticks_per_speed_period();
-        let train = DriveTrain::new(&params.motor, &params.mechanics, params.n_plant_max.to_rad_s(), tick_s);
+        let mechanics = MechanicsParams {
+            // A shaft on a prescribed line has nothing to swing against.
+            coupling: params
+                .mechanics
+                .coupling
+                .filter(|_| params.fidelity != Fidelity::Kinematic),
+            ..params.mechanics
+        };
+        let train = DriveTrain::new(&params.motor, &mechanics, params.n_plant_max.to_rad_s(), tick_s);
+        // Noise shakes the currents in every tick, pulses have the whole voltage of the link behind them: shorter steps keep the energy
+        // balance at 1e-9 all the same.
+        let train = match params.fidelity {
+            Fidelity::Kinematic | Fidelity::Averaged => train,
+            Fidelity::WithErrors => train.with_steps_divided_by(2),
+            Fidelity::Switched => train.with_steps_divided_by(4),
+        };
         let link = DcLink::new(&params.dc_link, params.mains, tick_s);
         let sample = AxisSample {
             position: 0,
@@ -362,7 +401,18 @@ impl Axis {
         };
         let mut axis = Self {
             params: *params,
-            feedback: Feedback::new(&params.feedback, train.angle(), tick_s),
+            feedback: if params.fidelity.has_errors() {
+                Feedback::with_errors(&params.feedback, train.angle(), tick_s, params.noise_seed)
+            } else {
+                Feedback::new(&params.feedback, train.angle(), tick_s)
+            },
+            real: params.fidelity.has_errors().then(|| {
+                Box::new(RealParts {
+                    switches: Switches::new(&params.inverter, params.motor.n_p, tick_s),
+                    sensor: CurrentSensor::new(&params.current_sensor, params.motor.n_p, params.noise_seed),
+                    measured: Dq::ZERO,
+                })
+            }),
             speed: SpeedController::new(params.speed_controller_gains(), ticks_per_speed_period as f64 * tick_s),
             current: CurrentController::new(params.current_gains(), &params.motor, params.decoupling, tick_s),
             train,
@@ -384,6 +434,9 @@ impl Axis {
     /// Moves the axis on by one tick and returns the way that what it drives took, reduced to the motor: that of its shaft, unless an
     /// elastic coupling lies between.
     pub fn tick(&mut self, command: AxisCommand) -> ShaftSegment {
+        if self.params.fidelity == Fidelity::Kinematic {
+            return self.tick_on_a_line(command);
+        }
         let speed_period = self.ticks_to_speed_period == 0;
         self.ticks_to_speed_period = if speed_period {
             self.ticks_per_speed_period - 1
@@ -405,17 +458,84 @@ impl Axis {
             }
             AxisCommand::Speed { .. } | AxisCommand::Torque { .. } | AxisCommand::Inhibited => self.inhibit(),
         };
-        let segment = self.train.advance(applied);
+        let segment = match (&self.real, applied) {
+            (Some(real), OutputStage::Active(voltage)) => {
+                let at = SwitchingPoint {
+                    current: self.train.current(),
+                    angle: self.train.angle(),
+                    omega: self.train.omega(),
+                    u_dc: self.sample.u_dc,
+                };
+                match self.params.fidelity {
+                    Fidelity::Switched => {
+                        let pulses = real.switches.pulses(voltage, &at);
+                        self.train.advance_through(pulses.into_iter().flatten())
+                    }
+                    _ => self.train.advance_through([real.switches.mean(voltage, &at)]),
+                }
+            }
+            _ => self.train.advance(applied),
+        };
         self.link.advance(self.train.electrical_power_w());
         self.tick += 1;
         self.take_sample(applied);
         segment
     }
 
+    /// [`tick`](Self::tick) at F0: the shaft goes along.
+    #[cold]
+    fn tick_on_a_line(&mut self, command: AxisCommand) -> ShaftSegment {
+        let ready = self.sample.link == LinkState::Normal;
+        let omega_end = match command {
+            AxisCommand::Speed { omega_ref, .. } if ready => {
+                // Due at the end of the period of the position controller, which gives the set-values.
+                if self.ticks_to_speed_period == 0 {
+                    self.ticks_to_speed_period = self.params.ticks_per_position_period();
+                }
+                let left = self.ticks_to_speed_period as f64;
+                self.ticks_to_speed_period -= 1;
+                Some(self.sample.omega_true + (omega_ref - self.sample.omega_true) / left)
+            }
+            AxisCommand::Torque { torque_nm } if ready => {
+                let max_nm = self.params.torque_max_nm();
+                let slope = torque_nm.clamp(-max_nm, max_nm) / self.params.mechanics.j_total_kg_m2();
+                Some(self.sample.omega_true + slope * self.tick_s)
+            }
+            AxisCommand::Speed { .. } | AxisCommand::Torque { .. } | AxisCommand::Inhibited => None,
+        };
+        let (segment, applied) = match omega_end {
+            Some(omega_end) => {
+                self.pending = OutputStage::Active(Dq::ZERO);
+                let segment = self.train.advance_on_a_line(omega_end);
+                (segment, OutputStage::Active(self.motor_voltage()))
+            }
+            None => {
+                self.ticks_to_speed_period = 0;
+                let applied = self.inhibit();
+                (self.train.advance(applied), applied)
+            }
+        };
+        self.link.advance(self.train.electrical_power_w());
+        self.tick += 1;
+        self.take_sample(applied);
+        self.sample.torque_ref = self.sample.torque;
+        segment
+    }
+
+    /// Voltage that the motor needs for its current and speed when neither changes.
+    fn motor_voltage(&self) -> Dq {
+        let motor = &self.params.motor;
+        let (current, omega) = (self.train.current(), self.train.omega());
+        let omega_el = motor.omega_el(omega);
+        motor.back_emf(omega)
+            + current * motor.r_s
+            + Dq::new(-omega_el * motor.l_q * current.q, omega_el * motor.l_d * current.d)
+    }
+
     /// Position that the resolver gave, increments, at a share of the last tick, `0.0..=1.0`, whose motion was `driven`.
     #[must_use]
     pub fn position_at(&self, driven: &ShaftSegment, share: f64) -> i64 {
-        self.train.rotor_angle_at(driven, share).increments()
+        self.feedback.shown(self.train.rotor_angle_at(driven, share))
     }
 
     /// What was seen at the end of the last tick.
@@ -541,7 +661,10 @@ impl Axis {
     /// Current controller; returns what the output stage does in this tick: what the tick before has computed.
     #[inline]
     fn control_current(&mut self) -> OutputStage {
-        let measured = Dq::new(self.sample.i_d, self.sample.i_q);
+        let measured = match &self.real {
+            None => Dq::new(self.sample.i_d, self.sample.i_q),
+            Some(real) => real.measured,
+        };
         let demand = self
             .current
             .compute_output(Dq::new(0.0, self.i_q_ref), measured, self.sample.omega_meas);
@@ -576,6 +699,9 @@ impl Axis {
         let angle = self.train.angle();
         self.feedback.sample(angle);
         let current = self.train.current();
+        if let Some(real) = &mut self.real {
+            real.measured = real.sensor.measure(current, angle, self.tick);
+        }
         let sample = &mut self.sample;
         sample.position = self.feedback.position();
         sample.omega_meas = self.feedback.omega();

@@ -13,7 +13,9 @@ fn feeds(config: DriveConfig, feeds: u32) -> EnergyBalance {
     let ticks_per_ms = config.axis.ticks_per_position_period();
     let mut drive = Drive::new(config);
     for (code, subcode, value) in [(1301, 1, 1200_0000), (1302, 1, 100_0000), (1303, 1, 100_0000)] {
-        drive.write_code(code, subcode, value).unwrap();
+        drive
+            .write_code(code, subcode, value)
+            .expect("a code of the traversing program");
     }
     for ms in 0..2000 * feeds {
         let word = AifControl(0);
@@ -80,7 +82,11 @@ fn thrown_to_and_fro(tick_ns: u64) -> EnergyBalance {
     let mut axis = Axis::new(&params);
     let ticks = 4_000_000_000 / tick_ns;
     for tick in 0..ticks {
-        let omega_ref = if (8 * tick / ticks) % 2 == 0 { 300.0 } else { -300.0 };
+        let omega_ref = if (8 * tick / ticks).is_multiple_of(2) {
+            300.0
+        } else {
+            -300.0
+        };
         axis.tick(AxisCommand::Speed {
             omega_ref,
             torque_ff: 0.0,

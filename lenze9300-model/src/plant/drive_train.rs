@@ -72,6 +72,14 @@ impl DriveTrain {
         }
     }
 
+    /// Divides each step of the solver into so many.
+    #[must_use]
+    pub(crate) fn with_steps_divided_by(mut self, parts: u32) -> Self {
+        self.substeps *= parts.max(1);
+        self.step_share = 1.0 / f64::from(self.substeps);
+        self
+    }
+
     /// Torque of the load against the positive direction, Nm, from the next tick on; behind an elastic coupling, if there is one.
     pub fn set_load_torque(&mut self, load_nm: f64) {
         self.load_nm = load_nm;
@@ -204,6 +212,34 @@ impl DriveTrain {
             return self.advance_elastic(self.inv_l, intervals);
         }
         self.advance_rigid(self.inv_l, intervals)
+    }
+
+    /// One tick on a straight line from the speed it has to another, whatever torque that takes; F0. The current is the one that this
+    /// torque needs.
+    pub(crate) fn advance_on_a_line(&mut self, omega_end: f64) -> ShaftSegment {
+        let (start, omega_start) = (self.angle, self.omega);
+        let travel_rad = 0.5 * (omega_start + omega_end) * self.dt_s;
+        self.contact = Contact::sliding_at(if omega_end == 0.0 { omega_start } else { omega_end });
+        let coulomb_nm = self.contact.sign() * self.coulomb_nm;
+        let viscous_nm = self.viscous_nm_s * travel_rad / self.dt_s;
+        let inertia_nm = (omega_end - omega_start) / (self.inv_j * self.dt_s);
+        let torque_nm = inertia_nm + coulomb_nm + viscous_nm + self.load_nm;
+        let field_j = self.winding_energy_j();
+        let current = Dq::new(0.0, torque_nm / self.equations.torque_psi);
+        self.current = current;
+        let copper_j = 1.5 * self.equations.r_s * current.dot(current) * self.dt_s;
+        let electrical_j = torque_nm * travel_rad + copper_j + self.winding_energy_j() - field_j;
+        self.counted.copper_j += copper_j;
+        self.counted.friction_j += (coulomb_nm + viscous_nm) * travel_rad;
+        self.counted.load_j += self.load_nm * travel_rad;
+        self.end_tick(current, omega_end, travel_rad, electrical_j);
+        ShaftSegment {
+            start,
+            end: self.angle,
+            omega_start,
+            omega_end: self.omega,
+            dt_s: self.dt_s,
+        }
     }
 
     /// One tick with an open output stage.
@@ -410,6 +446,7 @@ const MAX_PIECES: usize = 4;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plant::{InverterParams, Switches, SwitchingPoint};
     use crate::units::Rpm;
 
     const DT_S: f64 = 125e-6;
@@ -517,6 +554,45 @@ mod tests {
         }
         let stored_j = 0.5 * 0.914e-4 * train.omega() * train.omega() + train.winding_energy_j();
         assert!((taken_j - stored_j).abs() < 1e-4 * stored_j, "{taken_j} {stored_j}");
+    }
+
+    #[test]
+    fn the_ripple_of_switched_pulses_is_volt_seconds_over_the_inductance() {
+        // A vector of ū along phase U is made of twice T_a/2 at 2/3 U_dc, T_a = T ū/(2/3 U_dc); while it lasts the current rises by
+        // (2/3 U_dc − ū) T_a/2 / L beyond its mean slope: 38.4 mA for 19.8 V at 565.7 V and 30.5 mH.
+        let ideal = InverterParams {
+            dead_time_s: 0.0,
+            drop_v: 0.0,
+            drop_ohm: 0.0,
+            ..InverterParams::default()
+        };
+        let switches = Switches::new(&ideal, 3, DT_S);
+        let mut train = train(10.0);
+        let mut rises = Vec::new();
+        for _ in 0..200 {
+            let at = SwitchingPoint {
+                current: train.current(),
+                angle: train.angle(),
+                omega: 0.0,
+                u_dc: 565.7,
+            };
+            rises.clear();
+            for pulse in switches.pulses(Dq::new(19.8, 0.0), &at).into_iter().flatten() {
+                let before = train.current().d;
+                train.advance_through([pulse]);
+                if pulse.terminals.voltage.d > 0.0 {
+                    rises.push(train.current().d - before);
+                }
+            }
+        }
+        let active_s = DT_S * 19.8 / (2.0 / 3.0 * 565.7);
+        let expected = (2.0 / 3.0 * 565.7 - 19.8) * active_s / 2.0 / 30.5e-3;
+        assert_eq!(rises.len(), 2, "{rises:?}");
+        for rise in rises {
+            assert!((rise / expected - 1.0).abs() < 0.03, "{rise} {expected}");
+        }
+        // In the end the mean is U/R.
+        assert!((train.current().d - 1.0).abs() < 0.03, "{}", train.current().d);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 use super::ShaftAngle;
-use crate::units::RAD_PER_INC;
+use crate::noise;
+use crate::units::{INC_PER_REV, RAD_PER_INC};
 
 /// Resolver and its tracking converter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +18,37 @@ pub struct FeedbackParams {
     pub tracking_hz: f64,
     /// Damping of the tracking loop. Assumed.
     pub tracking_damping: f64,
+    /// Errors of the resolver, from fidelity F2 on.
+    pub errors: ResolverErrors,
+}
+
+/// Errors of a resolver and its converter.
+///
+/// ```text
+/// shown = φ + once · sin φ + twice · sin(2 φ + 1 rad) + noise
+/// ```
+///
+/// Once a turn comes from a mounting out of centre, twice a turn from windings that are not alike.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ResolverErrors {
+    /// Amplitude of the error once a turn, arc minutes of the shaft. Assumed share of the accuracy.
+    pub once_arcmin: f64,
+    /// Amplitude of the error twice a turn, arc minutes of the shaft. Assumed share of the accuracy.
+    pub twice_arcmin: f64,
+    /// Noise of a sample, evenly distributed over ± this value, increments.
+    pub noise_inc: f64,
+}
+
+impl Default for ResolverErrors {
+    /// 10′ in all, the accuracy of the fact sheet (9300 facts 6, assumed there); the noise makes the displayed speed of a standing
+    /// shaft tremble by 0.7 to 2 rpm as in figures 71 and 72 of the thesis (9300 facts 4.6).
+    fn default() -> Self {
+        Self {
+            once_arcmin: 3.0,
+            twice_arcmin: 7.0,
+            noise_inc: 4.0,
+        }
+    }
 }
 
 impl Default for FeedbackParams {
@@ -25,6 +57,7 @@ impl Default for FeedbackParams {
             resolver_bits: 16,
             tracking_hz: 500.0,
             tracking_damping: core::f64::consts::FRAC_1_SQRT_2,
+            errors: ResolverErrors::default(),
         }
     }
 }
@@ -71,10 +104,43 @@ pub struct Feedback {
     pub(crate) position: i64,
     pub(crate) error_inc: f64,
     pub(crate) speed_inc_per_tick: f64,
+    disturbed: Option<Disturbed>,
+}
+
+/// A resolver with errors.
+#[derive(Debug, Clone, Copy)]
+struct Disturbed {
+    errors: ResolverErrors,
+    seed: u64,
+    samples: u64,
+}
+
+/// Channel of the resolver's noise.
+const CHANNEL: u64 = 0x7265_736F;
+
+/// Increments in an arc minute.
+const INC_PER_ARCMIN: f64 = INC_PER_REV as f64 / (360.0 * 60.0);
+
+impl Disturbed {
+    /// What the resolver shows, without noise.
+    fn shown(&self, angle: ShaftAngle) -> ShaftAngle {
+        let within = angle.increments().rem_euclid(INC_PER_REV) as f64 + angle.fraction();
+        let phi = within * RAD_PER_INC;
+        let error_arcmin =
+            self.errors.once_arcmin * libm::sin(phi) + self.errors.twice_arcmin * libm::sin(2.0 * phi + 1.0);
+        ShaftAngle::new(angle.increments(), angle.fraction() + error_arcmin * INC_PER_ARCMIN)
+    }
+
+    fn sample(&mut self, angle: ShaftAngle) -> i64 {
+        self.samples += 1;
+        let shown = self.shown(angle);
+        let noise_inc = self.errors.noise_inc * noise::symmetric(self.seed, CHANNEL, self.samples);
+        ShaftAngle::new(shown.increments(), shown.fraction() + noise_inc).increments()
+    }
 }
 
 impl Feedback {
-    /// A converter that has settled on a resting shaft.
+    /// A converter that has settled on a resting shaft, and a resolver without errors.
     #[must_use]
     pub fn new(params: &FeedbackParams, angle: ShaftAngle, dt_s: f64) -> Self {
         let bits = params.resolver_bits.clamp(8, 16);
@@ -88,13 +154,40 @@ impl Feedback {
             position: angle.increments() & mask,
             error_inc: 0.0,
             speed_inc_per_tick: 0.0,
+            disturbed: None,
         }
+    }
+
+    /// The same with a resolver that errs as the parameters say; `seed` is that of its noise.
+    #[must_use]
+    pub fn with_errors(params: &FeedbackParams, angle: ShaftAngle, dt_s: f64, seed: u64) -> Self {
+        let disturbed = Disturbed {
+            errors: params.errors,
+            seed,
+            samples: 0,
+        };
+        Self {
+            disturbed: Some(disturbed),
+            ..Self::new(params, disturbed.shown(angle), dt_s)
+        }
+    }
+
+    /// Increments that the resolver shows for an angle, without noise and at its finest.
+    #[must_use]
+    pub fn shown(&self, angle: ShaftAngle) -> i64 {
+        self.disturbed
+            .map_or(angle, |resolver| resolver.shown(angle))
+            .increments()
     }
 
     /// Samples the shaft at the end of a tick.
     #[inline]
     pub fn sample(&mut self, angle: ShaftAngle) {
-        let position = angle.increments() & self.mask;
+        let increments = match &mut self.disturbed {
+            None => angle.increments(),
+            Some(resolver) => resolver.sample(angle),
+        };
+        let position = increments & self.mask;
         // Only differences enter: exact however far the shaft has turned.
         let step = position.wrapping_sub(self.position) as f64;
         self.position = position;
@@ -122,7 +215,7 @@ impl Feedback {
 
     /// Lets the converter settle at once on a shaft that already turns: the initial state of a trial.
     pub fn preset(&mut self, angle: ShaftAngle, omega_mech_rad_s: f64) {
-        self.position = angle.increments() & self.mask;
+        self.position = self.shown(angle) & self.mask;
         self.error_inc = 0.0;
         self.speed_inc_per_tick = omega_mech_rad_s / self.rad_s_per_inc_tick;
     }

@@ -5,15 +5,15 @@ mod lanes;
 use self::lanes::{Constants, LANES, SpeedPeriod, State, tick};
 use super::{Axis, AxisCommand, AxisParams, AxisSample, Pulses};
 use crate::control::Decoupling;
-use crate::plant::{Contact, Dq, LinkState, Mains, OutputStage, ShaftAngle, ShaftSegment};
+use crate::plant::{Contact, Dq, Fidelity, LinkState, Mains, OutputStage, ShaftAngle, ShaftSegment};
 
 /// Axes with the same tick, worked together: plant and loops of each, to the bit as [`Axis`] works them.
 ///
 /// Meant for what runs thousands of axes (sweeps, error statistics). Eight axes share a structure of arrays whose loops the
 /// compiler packs. An axis that meets anything unusual in a tick (torque or voltage limit, a stop inside the tick, LU or OU, brake
 /// module, inhibit) is taken out and worked by [`Axis::tick`] until it is usual again; so there is one model and no second reading
-/// of it. Axes that need sub-steps, have an elastic coupling or do not decouple
-/// always are.
+/// of it. Axes that need sub-steps, have an elastic coupling, do not decouple or
+/// are modelled at another fidelity than F1 always are.
 ///
 /// # Example
 ///
@@ -291,6 +291,7 @@ fn is_usual(axis: &Axis, command: AxisCommand) -> bool {
     matches!(command, AxisCommand::Speed { .. })
         && axis.train.substeps == 1
         && axis.train.is_rigid()
+        && axis.params.fidelity == Fidelity::Averaged
         && axis.current.decoupling == Decoupling::On
         && axis.pending != OutputStage::Inhibited
         && axis.sample.link == LinkState::Normal

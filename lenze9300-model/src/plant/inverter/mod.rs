@@ -1,4 +1,10 @@
+pub(crate) mod phases;
+mod switches;
+
 use super::Dq;
+
+pub use switches::InverterParams;
+pub(crate) use switches::{Switches, SwitchingPoint, electrical_angle};
 
 /// What the output stage does during a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
