@@ -167,6 +167,8 @@ pub fn run(
         feeds,
         bus: BusReport::new(line.baud, &statistics, 0),
         parameters: watch.troubles().to_vec(),
+        energy: None,
+        film: None,
         warnings,
         aborted,
         simulated_s,

@@ -4,7 +4,10 @@ use std::fmt;
 
 use dp_master::dp::MasterStatistics;
 use dp_master::time::Baud;
+use lenze9300_model::plant::EnergyBalance;
 use serde::Serialize;
+
+use crate::machine::Film;
 
 /// Largest error of a feed that counts as landed, mm (film-feed specification, sections 1 and 10).
 pub const TOLERANCE_MM: f64 = 0.01;
@@ -128,6 +131,80 @@ pub struct ParameterTrouble {
     pub what: String,
 }
 
+/// Where the energy of the run came from and went, J; see [`EnergyBalance`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EnergyReport {
+    /// Taken from the mains.
+    pub mains_j: f64,
+    /// Heat in mains and rectifier.
+    pub source_loss_j: f64,
+    /// Used by the drive's supply.
+    pub standby_j: f64,
+    /// Heat in the brake resistor.
+    pub brake_j: f64,
+    /// Heat in the switches of the inverter.
+    pub inverter_loss_j: f64,
+    /// Heat in the windings.
+    pub copper_j: f64,
+    /// Heat of friction.
+    pub friction_j: f64,
+    /// Heat in the gear.
+    pub coupling_loss_j: f64,
+    /// Given to the load, the film's tension among it.
+    pub load_j: f64,
+    /// What braking gave back to the DC link.
+    pub regenerated_j: f64,
+    /// Stored at the end more than at the start: capacitor, field, masses, twist.
+    pub stored_j: f64,
+    /// What does not add up, as a share of all that passed: the error of the integration.
+    pub relative_residual: f64,
+}
+
+impl From<&EnergyBalance> for EnergyReport {
+    fn from(balance: &EnergyBalance) -> Self {
+        EnergyReport {
+            mains_j: balance.mains_j,
+            source_loss_j: balance.source_loss_j,
+            standby_j: balance.standby_j,
+            brake_j: balance.brake_j,
+            inverter_loss_j: balance.inverter_loss_j,
+            copper_j: balance.copper_j,
+            friction_j: balance.friction_j,
+            coupling_loss_j: balance.coupling_loss_j,
+            load_j: balance.load_j,
+            regenerated_j: balance.regenerated_j,
+            stored_j: balance.capacitor_j + balance.field_j + balance.kinetic_j + balance.elastic_j,
+            relative_residual: balance.relative_residual(),
+        }
+    }
+}
+
+/// What an elastic film went through since it was threaded last.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FilmReport {
+    /// Lowest tension, N; 0 when it ran slack.
+    pub min_tension_n: f64,
+    /// Highest tension, N.
+    pub max_tension_n: f64,
+    /// Way that it fell behind the roller by slip and creep, mm.
+    pub slipped_mm: f64,
+    /// Radius of the roll at the end, mm.
+    pub roll_radius_mm: f64,
+}
+
+impl FilmReport {
+    /// `None` for a film that does not stretch.
+    pub fn new(film: &Film) -> Option<Self> {
+        let (min_tension_n, max_tension_n) = film.tension_range_n()?;
+        Some(FilmReport {
+            min_tension_n,
+            max_tension_n,
+            slipped_mm: film.slipped_mm()?,
+            roll_radius_mm: film.roll_radius_mm()?,
+        })
+    }
+}
+
 /// The whole run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunReport {
@@ -137,6 +214,11 @@ pub struct RunReport {
     pub bus: BusReport,
     /// Parameters refused or lost, each named once.
     pub parameters: Vec<ParameterTrouble>,
+    /// Energy of the modelled drive; absent when the far end is a real line.
+    pub energy: Option<EnergyReport>,
+    /// An elastic film; absent for one that goes with the roller.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub film: Option<FilmReport>,
     /// What a user should know of feeds that finished otherwise.
     pub warnings: Vec<String>,
     /// Why the run ended early, if it did.
@@ -220,6 +302,25 @@ impl RunReport {
             self.bus.retries,
             self.bus.rejected
         )?;
+        if let Some(energy) = &self.energy {
+            writeln!(
+                f,
+                "energy: {:.1} J from the mains: {:.1} J copper, {:.1} J friction, {:.1} J load, {:.1} J supply; braking gave back {:.1} J",
+                energy.mains_j,
+                energy.copper_j,
+                energy.friction_j,
+                energy.load_j,
+                energy.standby_j,
+                energy.regenerated_j
+            )?;
+        }
+        if let Some(film) = &self.film {
+            writeln!(
+                f,
+                "film: tension {:.1}…{:.1} N, {:.3} mm slipped, roll radius {:.1} mm",
+                film.min_tension_n, film.max_tension_n, film.slipped_mm, film.roll_radius_mm
+            )?;
+        }
         for trouble in &self.parameters {
             writeln!(f, "parameter {}: {}", trouble.code, trouble.what)?;
         }

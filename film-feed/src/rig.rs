@@ -266,6 +266,9 @@ impl Rig {
         if let Some(edge) = self.film.follow(&shaft) {
             self.drive.edge_e1(&shaft, edge.fraction, edge.level);
         }
+        if self.film.tension_n().is_some() {
+            self.drive.set_film_torque(self.film.torque_at_motor_nm());
+        }
         observer.tick(&mut TickView {
             now_ns: self.now.as_nanos(),
             ends_millisecond: self.ticks.is_multiple_of(self.ticks_per_ms),

@@ -7,7 +7,7 @@ use crate::feed_probe::{FeedProbe, Reading};
 use crate::operator::{FeedPlan, Operator, OperatorEvent};
 use lenze9300_model::units::{INC_PER_REV, Rpm};
 
-use crate::report::{BusReport, ErrorKnown, FeedMode, FeedReport, RunReport, TOLERANCE_MM};
+use crate::report::{BusReport, EnergyReport, ErrorKnown, FeedMode, FeedReport, FilmReport, RunReport, TOLERANCE_MM};
 use crate::rig::{Rig, RigConfig, RigError, TickObserver, TickView};
 use crate::scope::Sample;
 
@@ -93,6 +93,8 @@ pub fn simulated(
             rig.module().slave().statistics().fdl.discarded,
         ),
         parameters: rig.parameter_watch().troubles().to_vec(),
+        film: FilmReport::new(rig.film()),
+        energy: Some(EnergyReport::from(&rig.drive().axis().energy())),
         warnings,
         aborted,
         simulated_s,

@@ -261,6 +261,11 @@ fn bad_input_gets_one_sentence_with_the_range_and_nothing_else() {
         (&["--address", "126"], &["0..=125"]),
         (&["--series", "all"], &["both", "length", "mark"]),
         (&["--series", "length", "--print-marks"], &["--print-marks"]),
+        (&["--fidelity", "f4"], &["f4", "f0 (kinematic)", "f3 (switched)"]),
+        (&["--film", "rubber"], &["rigid", "elastic"]),
+        (&["--gear-stiffness", "1"], &["10…1000000 Nm/rad"]),
+        (&["--backlash", "3"], &["--gear-stiffness"]),
+        (&["--gear-stiffness", "1000", "--backlash", "61"], &["0…60 arc minutes"]),
         (&["--port", there_is_no], &[there_is_no]),
         (&["--port", "/"], &["/"]),
         (&["--trace", "/nonexistent-directory/x.csv"], &["/nonexistent-directory/x.csv", "cannot be written"]),
@@ -565,4 +570,92 @@ fn at_constant_speed_the_motor_stays_within_2_percent_of_the_interpolator() {
     for (set, actual) in constant {
         assert!((actual / set - 1.0).abs() < 0.02, "{actual} instead of {set}");
     }
+}
+
+#[test]
+fn the_energy_of_a_run_adds_up_at_every_fidelity() {
+    for level in ["f0", "f1", "f2", "f3"] {
+        let output = film_feed(&["--feeds", "1", "--fidelity", level, "--json"]);
+        let report = json(&output);
+        let energy = &report["energy"];
+        let joules = |key: &str| {
+            energy[key]
+                .as_f64()
+                .unwrap_or_else(|| panic!("{key} is no number at {level}: {energy}"))
+        };
+        let spent: f64 = [
+            "source_loss_j",
+            "standby_j",
+            "brake_j",
+            "inverter_loss_j",
+            "copper_j",
+            "friction_j",
+            "coupling_loss_j",
+            "load_j",
+            "stored_j",
+        ]
+        .into_iter()
+        .map(joules)
+        .sum();
+        // The contract of the model: a run closes to 1e-9.
+        assert!(
+            (joules("mains_j") - spent).abs() < 2e-9 * joules("mains_j"),
+            "{level}: {energy}"
+        );
+        assert!(joules("relative_residual").abs() < 1e-9, "{level}: {energy}");
+        // Two feeds of 1200 mm against 0.05 Nm: 2 · 1.2 m / (π · 57 mm / 7) turns of the motor, 14.7 J each (Newton).
+        let turns =
+            (1200.0 + report["feeds"][1]["film_mm"].as_f64().unwrap_or(0.0)) * 7.0 / (std::f64::consts::PI * 57.0);
+        let friction_j = 0.05 * std::f64::consts::TAU * turns;
+        assert!(
+            (joules("friction_j") / friction_j - 1.0).abs() < 1e-3,
+            "{level}: {energy} {friction_j}"
+        );
+    }
+}
+
+#[test]
+fn an_elastic_film_is_shorter_than_the_way_of_the_roller_by_its_strain() {
+    let output = film_feed(&["--series", "length", "--feeds", "3", "--film", "elastic", "--json"]);
+    assert_eq!(
+        output.status.code(),
+        Some(1),
+        "stretched film does not land within ±0.01 mm"
+    );
+    let report = json(&output);
+    let film = &report["film"];
+    let highest = film["max_tension_n"].as_f64().unwrap_or(0.0);
+    // The roll's 1 Nm at 80 mm, and its own 3.7 kg at 2.4 m/s²: 12.5 + 9 N at least; the roll swings on the film, and its grip ends at
+    // 60 N.
+    assert!((21.5..60.0).contains(&highest), "{film}");
+    // 12.5 N over 2 GPa · 30 µm · 400 mm are 0.052 %: 0.625 mm of 1200 mm, once the first feed has pulled the film tight.
+    let error_mm = report["feeds"][2]["error_mm"].as_f64().unwrap_or(0.0);
+    assert!((error_mm + 0.625).abs() < 0.02, "{error_mm}");
+}
+
+#[test]
+fn free_play_of_the_gear_shows_in_feeds_to_the_mark() {
+    // The drive latches its own shaft: what friction presses the gear is not in it. 6 arc minutes at the roller are 0.05 mm of film.
+    let largest = |backlash: &str| {
+        let output = film_feed(&[
+            "--print-marks",
+            "--feeds",
+            "4",
+            "--gear-stiffness",
+            "20000",
+            "--backlash",
+            backlash,
+            "--json",
+        ]);
+        let report = json(&output);
+        let feeds = report["feeds"].as_array().expect("a list").clone();
+        feeds
+            .iter()
+            .filter_map(|feed| feed["error_mm"].as_f64())
+            .map(f64::abs)
+            .fold(0.0, f64::max)
+    };
+    let (tight, loose) = (largest("0"), largest("6"));
+    assert!(tight < 0.012 && loose > tight, "{tight} {loose}");
+    assert!(loose <= tight + 0.05, "no more than the play comes to it: {loose}");
 }

@@ -344,6 +344,10 @@ pub struct Axis {
     amperes_per_nm: f64,
     filter_share: f64,
     tick_s: f64,
+    load_nm: f64,
+    film_nm: f64,
+    /// F0: torque that the change of speed takes in this period, Nm.
+    inertia_nm: f64,
     tick: u64,
     ticks_per_speed_period: u64,
     ticks_to_speed_period: u64,
@@ -422,6 +426,9 @@ impl Axis {
             amperes_per_nm: 0.0,
             filter_share: 1.0,
             tick_s,
+            load_nm: 0.0,
+            film_nm: 0.0,
+            inertia_nm: 0.0,
             tick: 0,
             ticks_per_speed_period,
             ticks_to_speed_period: 0,
@@ -435,7 +442,7 @@ impl Axis {
     /// elastic coupling lies between.
     pub fn tick(&mut self, command: AxisCommand) -> ShaftSegment {
         if self.params.fidelity == Fidelity::Kinematic {
-            return self.tick_on_a_line(command);
+            return self.tick_kinematic(command);
         }
         let speed_period = self.ticks_to_speed_period == 0;
         self.ticks_to_speed_period = if speed_period {
@@ -482,31 +489,35 @@ impl Axis {
         segment
     }
 
-    /// [`tick`](Self::tick) at F0: the shaft goes along.
+    /// [`tick`](Self::tick) at F0: the shaft does what it is told.
     #[cold]
-    fn tick_on_a_line(&mut self, command: AxisCommand) -> ShaftSegment {
+    fn tick_kinematic(&mut self, command: AxisCommand) -> ShaftSegment {
         let ready = self.sample.link == LinkState::Normal;
-        let omega_end = match command {
+        let omega_before = self.sample.omega_true;
+        let j_total = self.params.mechanics.j_total_kg_m2();
+        let motion = match command {
             AxisCommand::Speed { omega_ref, .. } if ready => {
-                // Due at the end of the period of the position controller, which gives the set-values.
+                // A set-value is worth a period of the position controller, and so is the torque that its change takes.
                 if self.ticks_to_speed_period == 0 {
                     self.ticks_to_speed_period = self.params.ticks_per_position_period();
+                    let period_s = self.ticks_to_speed_period as f64 * self.tick_s;
+                    self.inertia_nm = (omega_ref - omega_before) * j_total / period_s;
                 }
-                let left = self.ticks_to_speed_period as f64;
                 self.ticks_to_speed_period -= 1;
-                Some(self.sample.omega_true + (omega_ref - self.sample.omega_true) / left)
+                Some(omega_ref)
             }
             AxisCommand::Torque { torque_nm } if ready => {
                 let max_nm = self.params.torque_max_nm();
-                let slope = torque_nm.clamp(-max_nm, max_nm) / self.params.mechanics.j_total_kg_m2();
-                Some(self.sample.omega_true + slope * self.tick_s)
+                self.ticks_to_speed_period = 0;
+                self.inertia_nm = torque_nm.clamp(-max_nm, max_nm);
+                Some(omega_before + self.inertia_nm / j_total * self.tick_s)
             }
             AxisCommand::Speed { .. } | AxisCommand::Torque { .. } | AxisCommand::Inhibited => None,
         };
-        let (segment, applied) = match omega_end {
-            Some(omega_end) => {
+        let (segment, applied) = match motion {
+            Some(omega) => {
                 self.pending = OutputStage::Active(Dq::ZERO);
-                let segment = self.train.advance_on_a_line(omega_end);
+                let segment = self.train.advance_at(omega, self.inertia_nm);
                 (segment, OutputStage::Active(self.motor_voltage()))
             }
             None => {
@@ -582,7 +593,14 @@ impl Axis {
 
     /// Torque of the load against the positive direction, reduced to the motor, Nm.
     pub fn set_load_torque(&mut self, load_nm: f64) {
-        self.train.set_load_torque(load_nm);
+        self.load_nm = load_nm;
+        self.train.set_load_torque(self.load_nm + self.film_nm);
+    }
+
+    /// Torque of the film's tension, which adds to that of the load, reduced to the motor, Nm.
+    pub fn set_film_torque(&mut self, film_nm: f64) {
+        self.film_nm = film_nm;
+        self.train.set_load_torque(self.load_nm + self.film_nm);
     }
 
     /// Switches the mains.

@@ -1,5 +1,6 @@
 //! The command line: what a person types, checked before anything moves.
 
+mod model;
 mod output_file;
 pub mod replay;
 pub mod run;

@@ -9,6 +9,7 @@ use dp_master::phy::PortName;
 use dp_master::time::Baud;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::model::ModelArgs;
 use super::output_file::OutputFile;
 use crate::machine::{FilmConfig, MarkConfig};
 use crate::operator::FeedPlan;
@@ -78,6 +79,8 @@ pub struct RunArgs {
     /// server.
     #[arg(long, value_name = "PATH")]
     port: Option<PortName>,
+    #[command(flatten)]
+    model: ModelArgs,
     /// DP address of the drive, 0…125.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(0..=125))]
     address: u8,
@@ -136,7 +139,7 @@ impl RunArgs {
             seed: self.seed,
             ..MarkConfig::default()
         };
-        RigConfig {
+        let mut config = RigConfig {
             baud: self.baud.unwrap_or(Baud::B12000000),
             plc_cycle_ns: self.plc_cycle_ns(),
             dp_cycle_ns: self.dp_cycle as u64 * 10_000,
@@ -148,7 +151,10 @@ impl RunArgs {
                 ..FilmConfig::default()
             },
             ..RigConfig::default()
-        }
+        };
+        config.drive.axis.noise_seed = self.seed;
+        self.model.apply(&mut config);
+        config
     }
 
     fn plc_cycle_ns(&self) -> u64 {

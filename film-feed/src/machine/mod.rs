@@ -1,10 +1,12 @@
 //! The machine around the drive: roller, film, print marks and the reader on the drive's input E1.
 //!
-//! The film is rigid and does not slip: its position is the motor's angle through gear and roller. What stretches
-//! and slips comes with another machine.
+//! By default the film is rigid and does not slip: its position is the motor's angle through gear and roller. [`WebParams`] make it
+//! an elastic one that comes off a roll.
 
 mod film;
 mod marks;
+mod web;
 
 pub use film::{Edge, Film, FilmConfig, RESIDUAL_PATH_MM, Roller};
 pub use marks::{MarkConfig, Marks, Missing};
+pub use web::WebParams;

@@ -13,7 +13,7 @@ use crate::code::table::number::{
 };
 use crate::code::{CodeError, CodeStore, Inhibit, WriteEffect};
 use crate::control::PositionController;
-use crate::plant::{LinkState, LinkThresholds, Mains, ShaftSegment, Thermal, ThermalParams};
+use crate::plant::{Fidelity, LinkState, LinkThresholds, Mains, ShaftSegment, Thermal, ThermalParams};
 use crate::traverse::{
     ActiveEdge, LatchMode, Override, Program, RecordFault, Resolution, Setpoint, TouchProbe, Traverse, TraverseEvent,
     TraverseInputs, TraverseParameters, TraverseStatus, film_feed_program,
@@ -364,7 +364,12 @@ impl Drive {
                 torque_ff: 0.0,
             };
         }
-        let feed_forward = self.setpoint.velocity * 1000.0 / INC_PER_RAD;
+        let mut velocity = self.setpoint.velocity;
+        if self.axis.params().fidelity == Fidelity::Kinematic {
+            // A shaft that takes on its speed at once gets the mean of the coming millisecond; the loops of a real one lag by as much.
+            velocity += 0.5 * self.setpoint.acceleration;
+        }
+        let feed_forward = velocity * 1000.0 / INC_PER_RAD;
         let error = self.setpoint.position - actual;
         AxisCommand::Speed {
             omega_ref: self.position.compute_output(error, feed_forward),
@@ -590,6 +595,11 @@ impl Drive {
     /// Additional torque against the motor, Nm.
     pub fn set_load_torque(&mut self, torque_nm: f64) {
         self.axis.set_load_torque(torque_nm);
+    }
+
+    /// Torque of the film's tension against the motor, Nm, beside that of the load.
+    pub fn set_film_torque(&mut self, torque_nm: f64) {
+        self.axis.set_film_torque(torque_nm);
     }
 
     /// Sets or clears the cause of a fault from outside: a cut resolver cable, an earth fault.

@@ -214,29 +214,30 @@ impl DriveTrain {
         self.advance_rigid(self.inv_l, intervals)
     }
 
-    /// One tick on a straight line from the speed it has to another, whatever torque that takes; F0. The current is the one that this
-    /// torque needs.
-    pub(crate) fn advance_on_a_line(&mut self, omega_end: f64) -> ShaftSegment {
-        let (start, omega_start) = (self.angle, self.omega);
-        let travel_rad = 0.5 * (omega_start + omega_end) * self.dt_s;
-        self.contact = Contact::sliding_at(if omega_end == 0.0 { omega_start } else { omega_end });
-        let coulomb_nm = self.contact.sign() * self.coulomb_nm;
-        let viscous_nm = self.viscous_nm_s * travel_rad / self.dt_s;
-        let inertia_nm = (omega_end - omega_start) / (self.inv_j * self.dt_s);
-        let torque_nm = inertia_nm + coulomb_nm + viscous_nm + self.load_nm;
+    /// One tick at a speed that the shaft takes at once, F0. `inertia_nm` is the torque that its change would take in a real drive, Nm;
+    /// the current is the one that this, friction and load need together.
+    pub(crate) fn advance_at(&mut self, omega: f64, inertia_nm: f64) -> ShaftSegment {
+        let start = self.angle;
+        let travel_rad = omega * self.dt_s;
+        let kinetic_j = 0.5 * (omega * omega - self.omega * self.omega) / self.inv_j;
+        let contact = Contact::sliding_at(omega);
+        let resisting_nm = contact.sign() * self.coulomb_nm + self.viscous_nm_s * omega;
+        let torque_nm = inertia_nm + resisting_nm + self.load_nm;
         let field_j = self.winding_energy_j();
         let current = Dq::new(0.0, torque_nm / self.equations.torque_psi);
         self.current = current;
         let copper_j = 1.5 * self.equations.r_s * current.dot(current) * self.dt_s;
-        let electrical_j = torque_nm * travel_rad + copper_j + self.winding_energy_j() - field_j;
+        let moved_j = (resisting_nm + self.load_nm) * travel_rad;
+        let electrical_j = kinetic_j + moved_j + copper_j + self.winding_energy_j() - field_j;
         self.counted.copper_j += copper_j;
-        self.counted.friction_j += (coulomb_nm + viscous_nm) * travel_rad;
+        self.counted.friction_j += resisting_nm * travel_rad;
         self.counted.load_j += self.load_nm * travel_rad;
-        self.end_tick(current, omega_end, travel_rad, electrical_j);
+        self.contact = contact;
+        self.end_tick(current, omega, travel_rad, electrical_j);
         ShaftSegment {
             start,
             end: self.angle,
-            omega_start,
+            omega_start: self.omega,
             omega_end: self.omega,
             dt_s: self.dt_s,
         }

@@ -10,9 +10,9 @@
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub enum Fidelity {
-    /// F0: the shaft goes along straight lines from one speed set-value of the position controller to the next, within its period of a
-    /// millisecond, whatever torque that takes. Torque, current and energy are those that this motion needs; the torque limit,
-    /// the speed and the current controller do not act. For long series in which only the set-values matter.
+    /// F0: the shaft takes on each speed set-value of the position controller at once, and so is where the interpolator wants it at the
+    /// end of every millisecond. Torque, current and energy are those that this motion needs; the torque limit, the speed and
+    /// the current controller do not act. For long series in which only the set-values matter.
     Kinematic,
     /// F1: an inverter that makes the mean voltage of each pulse period exactly, an exact measurement of the currents, a resolver without
     /// errors.
