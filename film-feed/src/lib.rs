@@ -2,6 +2,7 @@
 //!
 //! From the machine upwards:
 //!
+//! - [`machine_file`]: MACHINE.toml, one axis in one file, with its [`catalogue`] of motors and drives;
 //! - [`machine`]: roller, film, print marks, reader;
 //! - [`rig`]: block, master, line, bus module, drive and film in virtual time;
 //! - [`block`]: the PLC function block "FB Folienvorzug", and [`plc`], its view of the periphery;
@@ -24,9 +25,11 @@
 
 pub mod block;
 pub mod bus_config;
+pub mod catalogue;
 pub mod cli;
 pub mod feed_probe;
 pub mod machine;
+pub mod machine_file;
 pub mod operator;
 pub mod parameter_watch;
 pub mod plc;
@@ -37,3 +40,4 @@ pub mod report;
 pub mod rig;
 pub mod run;
 pub mod scope;
+mod toml_section;

@@ -42,6 +42,8 @@ pub struct RigConfig {
     pub identifiers: &'static [u8],
     /// Peripheral address of the process data in the PLC (thesis ch. 9: 0x0118).
     pub pzd_address: u16,
+    /// Torque of the film's pull at the motor's shaft, Nm, against the feed.
+    pub load_torque_nm: f64,
     /// The drive.
     pub drive: DriveConfig,
     /// The bus module.
@@ -61,6 +63,7 @@ impl Default for RigConfig {
             slave_address: 3,
             identifiers: PAR_AND_FOUR_WORDS,
             pzd_address: 0x0118,
+            load_torque_nm: 0.0,
             drive: DriveConfig::default(),
             module: Emf2133Config::default(),
             film: FilmConfig::default(),
@@ -155,7 +158,8 @@ impl Rig {
             },
             config.baud,
         )?;
-        let drive = Drive::new(config.drive.clone());
+        let mut drive = Drive::new(config.drive.clone());
+        drive.set_load_torque(config.load_torque_nm);
         let master_port = line.attach();
         let module_port = line.attach();
         let film = Film::new(config.film.clone(), ShaftAngle::default());

@@ -15,6 +15,7 @@
 //! | [`signal`], [`scope`] | the signals by name, and the oscilloscope |
 //! | [`bus`] | EMF2133IB, the PROFIBUS module |
 //! | [`noise`] | counter-based noise |
+//! | [`toml_file`] | the reader of all files that people write |
 //!
 //! Everything is sans-I/O: levels and values in, set-values and events out, time as ticks of the fastest task.
 //!
@@ -38,7 +39,7 @@ pub mod plant;
 pub mod response;
 pub mod scope;
 pub mod signal;
-mod toml_file;
+pub mod toml_file;
 pub mod traverse;
 pub mod units;
 

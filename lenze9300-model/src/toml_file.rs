@@ -1,6 +1,19 @@
 //! TOML files that people write: every mistake is told, with its line.
 //!
 //! The tree keeps numbers as they were written, so decimals become ×10000 integers without a float between.
+//!
+//! ```
+//! use lenze9300_model::toml_file::{Fields, Reader};
+//!
+//! let read = |text| Reader::read(text, |reader, table| {
+//!     let mut fields = Fields::of(table);
+//!     let speed = fields.take("speed").and_then(|value| reader.real(value, "speed", 0.0..=10.0));
+//!     fields.finish(reader);
+//!     speed
+//! });
+//! assert_eq!(read("speed = 2.5"), Ok(2.5));
+//! assert_eq!(read("speed = 25").unwrap_err().to_string(), "line 1: speed: expected 0 to 10, got 25");
+//! ```
 
 use std::ops::Range;
 
@@ -27,7 +40,8 @@ pub struct FileMistake {
 }
 
 /// A file being read, and what is wrong with it so far.
-pub(crate) struct Reader<'a> {
+#[derive(Debug)]
+pub struct Reader<'a> {
     text: &'a str,
     mistakes: Vec<FileMistake>,
 }
@@ -35,10 +49,10 @@ pub(crate) struct Reader<'a> {
 impl<'a> Reader<'a> {
     /// Reads `text` and hands its table over; the result of `read` counts only if there was no mistake, and there is one if it is
     /// `None`.
-    pub(crate) fn read<T>(
-        text: &'a str,
-        read: impl FnOnce(&mut Self, &DeTable<'a>) -> Option<T>,
-    ) -> Result<T, FileError> {
+    ///
+    /// # Errors
+    /// [`FileError`] with every mistake that the parser or `read` found.
+    pub fn read<T>(text: &'a str, read: impl FnOnce(&mut Self, &DeTable<'a>) -> Option<T>) -> Result<T, FileError> {
         let mut reader = Self {
             text,
             mistakes: Vec::new(),
@@ -69,12 +83,17 @@ impl<'a> Reader<'a> {
     }
 
     /// Notes a mistake at a place of the file.
-    pub(crate) fn mistake(&mut self, at: Range<usize>, what: impl Into<String>) {
+    pub fn mistake(&mut self, at: Range<usize>, what: impl Into<String>) {
         let line = self.line(&at);
         self.mistakes.push(FileMistake {
             line,
             what: what.into(),
         });
+    }
+
+    /// How many mistakes were noted so far.
+    pub fn mistakes(&self) -> usize {
+        self.mistakes.len()
     }
 
     fn line(&self, at: &Range<usize>) -> usize {
@@ -83,7 +102,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A table, or the mistake that it is none.
-    pub(crate) fn table<'t>(&mut self, value: &'t Spanned<DeValue<'a>>, what: &str) -> Option<&'t DeTable<'a>> {
+    pub fn table<'t>(&mut self, value: &'t Spanned<DeValue<'a>>, what: &str) -> Option<&'t DeTable<'a>> {
         let table = value.get_ref().as_table();
         if table.is_none() {
             self.wrong_type(value, what, "a table");
@@ -92,7 +111,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A text, or the mistake that it is none.
-    pub(crate) fn text<'t>(&mut self, value: &'t Spanned<DeValue<'a>>, what: &str) -> Option<&'t str> {
+    pub fn text<'t>(&mut self, value: &'t Spanned<DeValue<'a>>, what: &str) -> Option<&'t str> {
         let text = value.get_ref().as_str();
         if text.is_none() {
             self.wrong_type(value, what, "a text");
@@ -120,8 +139,31 @@ impl<'a> Reader<'a> {
         fitting
     }
 
+    /// A number within a range, or the mistake.
+    pub fn real(
+        &mut self,
+        value: &Spanned<DeValue<'a>>,
+        what: &str,
+        allowed: std::ops::RangeInclusive<f64>,
+    ) -> Option<f64> {
+        let written = match value.get_ref() {
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
+            DeValue::Float(float) => float.as_str(),
+            _ => {
+                self.wrong_type(value, what, "a number");
+                return None;
+            }
+        };
+        let fitting = written.parse().ok().filter(|number| allowed.contains(number));
+        if fitting.is_none() {
+            let (from, to) = (allowed.start(), allowed.end());
+            self.mistake(value.span(), format!("{what}: expected {from} to {to}, got {written}"));
+        }
+        fitting
+    }
+
     /// A whole number within a range of its type, or the mistake.
-    pub(crate) fn number<N: Copy + Into<i64> + TryFrom<i64>>(
+    pub fn number<N: Copy + Into<i64> + TryFrom<i64>>(
         &mut self,
         value: &Spanned<DeValue<'a>>,
         what: &str,
@@ -133,7 +175,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The elements of `[[name]]`, each with its place.
-    pub(crate) fn tables<'t>(
+    pub fn tables<'t>(
         &mut self,
         value: &'t Spanned<DeValue<'a>>,
         name: &str,
@@ -149,7 +191,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A number times 10 to the power of `decimals`, as written; further decimals are a mistake.
-    pub(crate) fn decimal(&mut self, value: &Spanned<DeValue<'a>>, what: &str, decimals: u32) -> Option<i64> {
+    pub fn decimal(&mut self, value: &Spanned<DeValue<'a>>, what: &str, decimals: u32) -> Option<i64> {
         let written = match value.get_ref() {
             DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
             DeValue::Float(float) => float.as_str(),
@@ -170,20 +212,22 @@ impl<'a> Reader<'a> {
     }
 
     /// Notes that a value has the wrong type.
-    pub(crate) fn wrong_type(&mut self, value: &Spanned<DeValue<'a>>, what: &str, expected: &str) {
+    pub fn wrong_type(&mut self, value: &Spanned<DeValue<'a>>, what: &str, expected: &str) {
         let got = value.get_ref().type_str();
         self.mistake(value.span(), format!("{what}: expected {expected}, got {got}"));
     }
 }
 
 /// The entries of a table, each to be fetched once; what is left over is a mistake.
-pub(crate) struct Fields<'t, 'a> {
+#[derive(Debug)]
+pub struct Fields<'t, 'a> {
     left: Vec<(&'t Spanned<std::borrow::Cow<'a, str>>, &'t Spanned<DeValue<'a>>)>,
     known: Vec<&'static str>,
 }
 
 impl<'t, 'a> Fields<'t, 'a> {
-    pub(crate) fn of(table: &'t DeTable<'a>) -> Self {
+    /// The entries of `table`, none of them fetched yet.
+    pub fn of(table: &'t DeTable<'a>) -> Self {
         Self {
             left: table.iter().collect(),
             known: Vec::new(),
@@ -191,14 +235,14 @@ impl<'t, 'a> Fields<'t, 'a> {
     }
 
     /// The value of a key, if it is there.
-    pub(crate) fn take(&mut self, key: &'static str) -> Option<&'t Spanned<DeValue<'a>>> {
+    pub fn take(&mut self, key: &'static str) -> Option<&'t Spanned<DeValue<'a>>> {
         self.known.push(key);
         let place = self.left.iter().position(|(name, _)| name.get_ref() == key)?;
         Some(self.left.swap_remove(place).1)
     }
 
     /// Notes every key that nobody asked for.
-    pub(crate) fn finish(self, reader: &mut Reader<'a>) {
+    pub fn finish(self, reader: &mut Reader<'a>) {
         for (name, _) in self.left {
             let known = self.known.join(", ");
             let what = format!("`{}` is unknown here; allowed are {known}", name.get_ref());

@@ -74,7 +74,7 @@ pub fn read_parameter_file(text: &str, codes: &mut CodeStore) -> Result<(), File
         if let Some(value) = fields.take("codes")
             && let Some(table) = reader.table(value, "codes")
         {
-            take_over(reader, table, &mut trial);
+            read_code_table(reader, table, &mut trial);
         }
         fields.finish(reader);
         Some(trial)
@@ -83,8 +83,9 @@ pub fn read_parameter_file(text: &str, codes: &mut CodeStore) -> Result<(), File
     Ok(())
 }
 
-/// Writes the codes of a table, given by their names, into a store; also used by program files for their variables.
-pub(crate) fn take_over<'a>(reader: &mut Reader<'a>, table: &DeTable<'a>, codes: &mut CodeStore) {
+/// Writes the codes of a table, given by their names as in a parameter file, into a store; for files that hold such a table among
+/// others. Each mistake is told to `reader`.
+pub fn read_code_table<'a>(reader: &mut Reader<'a>, table: &DeTable<'a>, codes: &mut CodeStore) {
     let mut settings: Vec<_> = table
         .iter()
         .filter_map(|(key, value)| setting(reader, key.get_ref(), key.span(), value))

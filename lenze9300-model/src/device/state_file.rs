@@ -23,7 +23,7 @@ use toml::de::DeValue;
 use super::fault::Fault;
 use super::memory::{FaultEntry, FaultMemory};
 use super::nonvolatile::{NonVolatile, SetNumber};
-use crate::code::{CodeStore, take_over, write_codes};
+use crate::code::{CodeStore, read_code_table, write_codes};
 use crate::toml_file::{Fields, FileError, Reader};
 
 /// Writes what a drive keeps.
@@ -81,7 +81,7 @@ pub fn read_state_file(text: &str) -> Result<NonVolatile, FileError> {
             };
             let table = reader.table(value, key)?;
             let mut codes = CodeStore::factory();
-            take_over(reader, table, &mut codes);
+            read_code_table(reader, table, &mut codes);
             memory.save(number, &codes);
         }
         for (key, seconds) in [

@@ -59,7 +59,7 @@ use super::record::{
     RecordNumber, ResidualPath, Successor, Target, TouchRule, TouchWindow, Velocity,
 };
 use crate::code::table::{POSITION_COUNT, VARIABLE_COUNT};
-use crate::code::{CodeStore, FIRST_WIRED, WiredPosition, take_over};
+use crate::code::{CodeStore, FIRST_WIRED, WiredPosition, read_code_table};
 use crate::toml_file::{Fields, FileError, Reader};
 
 /// What a program file holds.
@@ -107,7 +107,7 @@ impl ProgramFile {
             if let Some(value) = fields.take("codes")
                 && let Some(table) = reader.table(value, "codes")
             {
-                take_over(reader, table, &mut codes);
+                read_code_table(reader, table, &mut codes);
             }
             fields.finish(reader);
             Some(Self {
