@@ -40,4 +40,5 @@ pub mod report;
 pub mod rig;
 pub mod run;
 pub mod scope;
+pub mod signal_trace;
 mod toml_section;

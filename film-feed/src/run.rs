@@ -30,6 +30,20 @@ pub fn simulated(
     config: &RigConfig,
     plan: FeedPlan,
     observation: Observation,
+    feed_done: impl FnMut(),
+) -> Result<(RunReport, Vec<Sample>), RigError> {
+    observed(config, plan, observation, &mut (), feed_done)
+}
+
+/// [`simulated`], with another observer of every tick.
+///
+/// # Errors
+/// [`RigError`] when the configuration is impossible.
+pub fn observed(
+    config: &RigConfig,
+    plan: FeedPlan,
+    observation: Observation,
+    observer: &mut impl TickObserver,
     mut feed_done: impl FnMut(),
 ) -> Result<(RunReport, Vec<Sample>), RigError> {
     let mut rig = Rig::new(config)?;
@@ -41,7 +55,10 @@ pub fn simulated(
     let mut aborted = None;
     let mut last_trouble = None;
     loop {
-        rig.advance_to_plc_cycle(&mut recorder);
+        rig.advance_to_plc_cycle(&mut |view: &mut TickView<'_>| {
+            recorder.tick(view);
+            observer.tick(view);
+        });
         while let Some(event) = rig.master_mut().poll_event() {
             last_trouble = bus_config::trouble(&event).or(last_trouble);
         }

@@ -4,6 +4,8 @@
 
 use std::io::{self, Write};
 
+use lenze9300_model::table::{Column, Table};
+
 /// One sample of every signal.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sample {
@@ -53,6 +55,24 @@ const COLUMNS: [&str; 13] = [
 ];
 
 impl Sample {
+    fn values(&self) -> [f64; COLUMNS.len()] {
+        [
+            self.time_s,
+            self.feed as f64,
+            f64::from(self.record),
+            self.position_set_mm,
+            self.position_act_mm,
+            self.film_mm,
+            self.speed_set_rpm,
+            self.speed_act_rpm,
+            self.torque_nm,
+            self.current_a_rms,
+            self.dc_link_v,
+            f64::from(self.control_word),
+            f64::from(self.status_word),
+        ]
+    }
+
     fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
         writeln!(
             out,
@@ -84,6 +104,15 @@ pub fn write_csv(samples: &[Sample], out: &mut impl Write) -> io::Result<()> {
         sample.write_csv(out)?;
     }
     out.flush()
+}
+
+/// The samples as columns under the same names, without units: they are in the names.
+pub fn table(samples: &[Sample]) -> Table {
+    let mut table = Table::new(COLUMNS.map(|name| Column::new(name, "")));
+    for sample in samples {
+        table.push(&sample.values());
+    }
+    table
 }
 
 #[cfg(test)]

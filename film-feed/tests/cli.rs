@@ -261,6 +261,8 @@ fn bad_input_gets_one_sentence_with_the_range_and_nothing_else() {
         (&["--address", "126"], &["0..=125"]),
         (&["--series", "all"], &["both", "length", "mark"]),
         (&["--series", "length", "--print-marks"], &["--print-marks"]),
+        (&["--signals", "POS-ACT"], &["--trace"]),
+        (&["--trace", "/dev/null", "--signals", "X"], &["`X` is no signal", "POS-ACT"]),
         (&["--fidelity", "f4"], &["f4", "f0 (kinematic)", "f3 (switched)"]),
         (&["--film", "rubber"], &["rigid", "elastic"]),
         (&["--gear-stiffness", "1"], &["10…1000000 Nm/rad"]),
@@ -414,6 +416,52 @@ fn a_trace_has_its_named_columns_and_a_row_per_millisecond() {
     ] {
         assert!(svg.contains(label), "{label}");
     }
+}
+
+#[test]
+fn chosen_signals_are_traced_as_csv_or_parquet_by_the_name_of_the_file() {
+    let scratch = Scratch::new();
+    let trace = |name: &str| {
+        let path = scratch.path(name);
+        let output = film_feed(&[
+            "--series",
+            "length",
+            "--feeds",
+            "1",
+            "--signals",
+            "POS-ACT,u-dc",
+            "--interval",
+            "5",
+            "--trace",
+            &path,
+        ]);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        std::fs::read(path).expect("the trace is there")
+    };
+    let csv = trace("a.csv");
+    let lines: Vec<&str> = text(&csv).lines().collect();
+    assert_eq!(lines[0], "time_s,POS-ACT inc,U-DC V");
+    assert!(
+        lines[1].starts_with("0.005,0,565.6") && lines[2].starts_with("0.01,0,565.6"),
+        "{}",
+        lines[1]
+    );
+    // Parquet begins and ends with its magic number; three columns of eight octets a row, not compressed (Parquet format).
+    let parquet = trace("a.parquet");
+    assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
+    let numbers = 3 * 8 * (lines.len() - 1);
+    assert!(
+        (numbers..numbers + 4096).contains(&parquet.len()),
+        "{} {numbers}",
+        parquet.len()
+    );
+    // The whole chain under the names of the CSV file.
+    let path = scratch.path("b.parquet");
+    let output = film_feed(&["--series", "length", "--feeds", "1", "--trace", &path]);
+    assert_eq!(output.status.code(), Some(0));
+    let octets = std::fs::read(path).expect("the trace is there");
+    let holds = |name: &[u8]| octets.windows(name.len()).any(|window| window == name);
+    assert!(holds(b"pos_setp_mm") && holds(b"status_word"));
 }
 
 #[test]

@@ -39,6 +39,7 @@ pub mod plant;
 pub mod response;
 pub mod scope;
 pub mod signal;
+pub mod table;
 pub mod toml_file;
 pub mod traverse;
 pub mod units;

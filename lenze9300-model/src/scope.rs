@@ -10,12 +10,12 @@
 //! channels of 2048 samples at multiples of 1 ms, trigger level with edge, position of the trigger in percent (9300 facts 4.11).
 
 use std::collections::VecDeque;
-use std::io::{self, Write};
 
 use thiserror::Error;
 
 use crate::device::Drive;
 use crate::signal::Signal;
+use crate::table::{Column, Table};
 
 /// What an oscilloscope is to record.
 #[derive(Debug, Clone, PartialEq)]
@@ -297,25 +297,16 @@ impl<'a> Recording<'a> {
         })
     }
 
-    /// Writes the recording as CSV: a heading `time_s,POS-NOUT %,…`, then a line a sample.
-    ///
-    /// # Errors
-    ///
-    /// Whatever the writer reports.
-    pub fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
-        write!(out, "time_s")?;
-        for signal in self.channels() {
-            let gap = if signal.unit().is_empty() { "" } else { " " };
-            write!(out, ",{}{gap}{}", signal.name(), signal.unit())?;
-        }
-        writeln!(out)?;
+    /// The recording as columns, the time first.
+    pub fn table(&self) -> Table {
+        let named = |signal: &Signal| Column::new(signal.name(), signal.unit());
+        let time = Column::new("time_s", "");
+        let mut table = Table::new(std::iter::once(time).chain(self.channels().iter().map(named)));
         for (time_s, values) in self.rows() {
-            write!(out, "{time_s:.3}")?;
-            for value in values {
-                write!(out, ",{value}")?;
-            }
-            writeln!(out)?;
+            let mut row = vec![time_s];
+            row.extend(values);
+            table.push(&row);
         }
-        out.flush()
+        table
     }
 }

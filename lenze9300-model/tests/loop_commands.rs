@@ -1,4 +1,4 @@
-//! `lenze9300 step` and `lenze9300 bode` as processes: keys, exit codes, sentences, pictures.
+//! `lenze9300 step`, `lenze9300 bode` and `lenze9300 signals` as processes: keys, exit codes, sentences, pictures.
 #![allow(
     clippy::unwrap_used,
     reason = "clippy allows it in test functions only, not in their helpers"
@@ -164,4 +164,21 @@ fn a_picture_shows_the_curve_and_names_its_axes() {
             assert!(svg.contains(word), "{word}");
         }
     }
+}
+
+#[test]
+fn the_signals_are_listed_as_table_and_as_json() {
+    let output = lenze9300(&["signals"]);
+    assert!(output.status.success());
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        told.lines()
+            .any(|line| line.starts_with("POS-NOUT     %      speed of the interpolator")),
+        "{told}"
+    );
+    let signals = json(&["signals"]);
+    let signals = signals.as_array().unwrap();
+    assert_eq!(signals.len() + 1, told.lines().count());
+    assert_eq!(signals[0]["name"], "POS-SETP");
+    assert_eq!(signals[0]["unit"], "inc");
 }

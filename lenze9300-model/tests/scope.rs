@@ -156,12 +156,12 @@ fn a_recording_is_written_as_csv() {
         millisecond(&mut drive, &mut scope);
     }
     let mut text = Vec::new();
-    scope.recording().write_csv(&mut text).unwrap();
+    scope.recording().table().write_csv(&mut text).unwrap();
     let text = String::from_utf8(text).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "time_s,C0150,U-DC V");
     // Enabled, at standstill: 0x0640 = 1600.
-    assert!(lines[1].starts_with("0.000,1600,56"), "{text}");
+    assert!(lines[1].starts_with("0,1600,56"), "{text}");
     assert!(lines[2].starts_with("0.001,1600,56"), "{text}");
     assert_eq!(lines.len(), 3);
 }

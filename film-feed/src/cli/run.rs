@@ -1,13 +1,14 @@
 //! `film-feed run`: the main job.
 
 use std::io::{self, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use dp_master::phy::PortName;
 use dp_master::time::Baud;
 use indicatif::{ProgressBar, ProgressStyle};
+use lenze9300_model::signal::Signal;
 
 use super::model::ModelArgs;
 use super::output_file::OutputFile;
@@ -19,6 +20,7 @@ use crate::report::{FeedMode, RunReport};
 use crate::rig::RigConfig;
 use crate::run::{self, Observation};
 use crate::scope::{self, Sample};
+use crate::signal_trace::SignalTrace;
 
 /// What `film-feed run` takes.
 #[derive(Debug, Clone, Args)]
@@ -69,9 +71,15 @@ pub struct RunArgs {
     /// Print the report as one JSON object.
     #[arg(long)]
     json: bool,
-    /// Write all signals, once a millisecond, as CSV.
-    #[arg(long, value_name = "FILE.csv", conflicts_with = "port")]
+    /// Write signals of the whole chain, once a millisecond: as Parquet if the name ends in .parquet, else as CSV.
+    #[arg(long, value_name = "FILE", conflicts_with = "port")]
     trace: Option<PathBuf>,
+    /// Trace these signals of the drive instead, separated by commas; `lenze9300 signals` lists them.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "trace")]
+    signals: Vec<Signal>,
+    /// Milliseconds from one row of --signals to the next, 1…1000.
+    #[arg(long, value_name = "MS", default_value_t = 1, requires = "signals", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    interval: u32,
     /// Draw interpolator and motor speed of the first feed as SVG.
     #[arg(long, value_name = "FILE.svg", conflicts_with = "port")]
     plot: Option<PathBuf>,
@@ -170,7 +178,8 @@ pub fn run(args: &RunArgs) -> Result<bool, String> {
     let plan = args.plan()?;
     let trace = args.trace.as_deref().map(OutputFile::create).transpose()?;
     let picture = args.plot.as_deref().map(OutputFile::create).transpose()?;
-    let observation = if trace.is_some() || picture.is_some() {
+    let mut signals = SignalTrace::new(args.signals.iter().copied(), args.interval);
+    let observation = if (trace.is_some() && args.signals.is_empty()) || picture.is_some() {
         Observation::Samples
     } else {
         Observation::FeedsOnly
@@ -179,7 +188,11 @@ pub fn run(args: &RunArgs) -> Result<bool, String> {
     let feed_done = || progress.inc(1);
     let started = Instant::now();
     let (mut report, samples) = match &args.port {
-        None => run::simulated(&args.rig_config(), plan, observation, feed_done).map_err(|error| error.to_string())?,
+        None if args.signals.is_empty() => {
+            run::simulated(&args.rig_config(), plan, observation, feed_done).map_err(|error| error.to_string())?
+        }
+        None => run::observed(&args.rig_config(), plan, observation, &mut signals, feed_done)
+            .map_err(|error| error.to_string())?,
         Some(port) => {
             let line = RealLine {
                 port: port.clone(),
@@ -196,7 +209,13 @@ pub fn run(args: &RunArgs) -> Result<bool, String> {
     report.speedup = report.simulated_s / report.wall_s;
 
     if let Some(file) = trace {
-        file.commit(|out| scope::write_csv(&samples, out))?;
+        let is_parquet = args.trace.as_deref().is_some_and(is_parquet);
+        file.commit(|out| match (args.signals.is_empty(), is_parquet) {
+            (true, false) => scope::write_csv(&samples, out),
+            (true, true) => scope::table(&samples).write_parquet(out),
+            (false, false) => signals.table().write_csv(out),
+            (false, true) => signals.table().write_parquet(out),
+        })?;
     }
     // A run that ended before its first feed has nothing to draw; its report says why it ended.
     if let Some(file) = picture.filter(|_| !report.feeds.is_empty()) {
@@ -211,6 +230,11 @@ pub fn run(args: &RunArgs) -> Result<bool, String> {
         }
         _ => Ok(report.ok),
     }
+}
+
+fn is_parquet(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"))
 }
 
 fn draw(report: &RunReport, samples: &[Sample]) -> Result<String, String> {

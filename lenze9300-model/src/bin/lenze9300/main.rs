@@ -4,7 +4,9 @@ mod bode;
 mod loop_args;
 mod operator;
 mod reader;
+mod scope_orders;
 mod serve;
+mod signals;
 mod state;
 mod step;
 
@@ -25,6 +27,8 @@ struct Cli {
 enum Command {
     /// Answer a DP master on a serial line or a pseudo-terminal, in real time.
     Serve(serve::ServeArgs),
+    /// List the signals that can be recorded, with unit and meaning.
+    Signals(signals::SignalsArgs),
     /// Let a control loop answer a small step of its set-value: rise, overshoot, settling, margins.
     Step(step::StepArgs),
     /// Frequency response of an open control loop: crossover and margins.
@@ -67,6 +71,10 @@ fn main() -> ExitCode {
             Ok(never) => match never {},
             Err(sentence) => fail(&sentence),
         },
+        Command::Signals(args) => match signals::signals(&args) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(sentence) => fail(&sentence),
+        },
         Command::Step(args) => finish(step::step(&args)),
         Command::Bode(args) => finish(bode::bode(&args)),
     }
@@ -74,7 +82,7 @@ fn main() -> ExitCode {
 
 /// The subcommand that was typed, with a space behind it; empty when there was none.
 fn subcommand() -> String {
-    let known = ["serve", "step", "bode"];
+    let known = ["serve", "signals", "step", "bode"];
     let typed = std::env::args().nth(1).unwrap_or_default();
     known
         .iter()

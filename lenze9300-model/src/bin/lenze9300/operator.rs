@@ -9,6 +9,7 @@
 //! | `fault OC2 on`, `fault OC2 off` | the cause of a fault |
 //! | `override 50` | velocities, 0 to 100 % |
 //! | `cancel` | end the record being worked off |
+//! | `scope …` | the oscilloscope, see `scope_orders` |
 //! | `status` | one line: state, fault, position, speed |
 //! | `help` | this list |
 
@@ -81,7 +82,7 @@ impl Operator {
                 ..self.signals
             }),
             Order::Status => return Some(Status(drive).to_string()),
-            Order::Help => return Some(HELP.to_owned()),
+            Order::Help => return Some(format!("{HELP}\n{}", crate::scope_orders::HELP)),
         }
         None
     }
@@ -92,8 +93,7 @@ impl Operator {
     }
 }
 
-const HELP: &str =
-    "28 on|off, e1…e5 on|off, mains on|off, load NM, fault NAME on|off, override PERCENT, cancel, status, help";
+const HELP: &str = "28 on|off, e1…e5 on|off, mains on|off, load NM, fault NAME on|off, override PERCENT, cancel, scope …, status, help";
 
 /// How the drive is, on one line.
 struct Status<'a>(&'a Drive);

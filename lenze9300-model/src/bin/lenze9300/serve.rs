@@ -18,6 +18,7 @@ use lenze9300_model::{FileError, TICK_NS, TICKS_PER_MS};
 
 use crate::operator::{Operator, Order};
 use crate::reader::MarkReader;
+use crate::scope_orders::{ScopeDesk, ScopeOrder};
 use crate::state::StateKeeper;
 
 /// What `lenze9300 serve` takes.
@@ -108,6 +109,7 @@ pub(crate) fn serve(args: &ServeArgs) -> Result<Infallible, String> {
         module,
         drive,
         operator: Operator::default(),
+        scope: ScopeDesk::default(),
         orders: orders(),
         keeper,
     };
@@ -160,6 +162,7 @@ struct Machine {
     module: Emf2133,
     reader: Option<MarkReader>,
     operator: Operator,
+    scope: ScopeDesk,
     orders: Receiver<String>,
     keeper: Option<StateKeeper>,
 }
@@ -201,6 +204,7 @@ impl Machine {
                 reader.follow(&shaft, &mut self.drive);
             }
         }
+        self.scope.sample(&self.drive);
         self.operator.release(&mut self.drive);
         while self.drive.poll_traverse_event().is_some() {}
     }
@@ -210,12 +214,15 @@ impl Machine {
             if line.trim().is_empty() {
                 continue;
             }
-            match line.parse::<Order>() {
-                Ok(order) => {
-                    if let Some(told) = self.operator.obey(order, &mut self.drive) {
-                        announce(&told)?;
-                    }
-                }
+            let answer = match line.trim().strip_prefix("scope ") {
+                Some(words) => words.parse::<ScopeOrder>().and_then(|order| self.scope.obey(order)),
+                None => line
+                    .parse::<Order>()
+                    .map(|order| self.operator.obey(order, &mut self.drive)),
+            };
+            match answer {
+                Ok(Some(told)) => announce(&told)?,
+                Ok(None) => {}
                 Err(sentence) => note(&sentence),
             }
         }
