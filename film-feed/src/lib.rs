@@ -3,6 +3,7 @@
 //! From the machine upwards:
 //!
 //! - [`machine_file`]: MACHINE.toml, one axis in one file, with its [`catalogue`] of motors and drives;
+//! - [`size`]: whether motor and drive are large enough for it;
 //! - [`machine`]: roller, film, print marks, reader;
 //! - [`rig`]: block, master, line, bus module, drive and film in virtual time;
 //! - [`block`]: the PLC function block "FB Folienvorzug", and [`plc`], its view of the periphery;
@@ -41,4 +42,5 @@ pub mod rig;
 pub mod run;
 pub mod scope;
 pub mod signal_trace;
+pub mod size;
 mod toml_section;

@@ -707,3 +707,60 @@ fn free_play_of_the_gear_shows_in_feeds_to_the_mark() {
     assert!(tight < 0.012 && loose > tight, "{tight} {loose}");
     assert!(loose <= tight + 0.05, "no more than the play comes to it: {loose}");
 }
+
+#[test]
+fn size_tells_by_its_exit_code_whether_the_axis_is_large_enough() {
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples/machine.toml");
+    let scratch = Scratch::new();
+    let (page, picture) = (scratch.path("sizing.html"), scratch.path("sizing.svg"));
+    let output = film_feed(&["size", example, "--json", "--html", &page, "--plot", &picture]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let sizing: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!(
+        (&sizing["ok"], &sizing["resistor_needed"]),
+        (&Value::Bool(true), &Value::Bool(false))
+    );
+    assert_eq!(scratch.names(), ["sizing.html", "sizing.svg"]);
+
+    let small = scratch.path("small.toml");
+    let machine = std::fs::read_to_string(example).expect("the example is there");
+    std::fs::write(&small, machine.replace("\"C0022\" = 1.35", "\"C0022\" = 0.10"))
+        .expect("a scratch file can be written");
+    let output = film_feed(&["size", &small]);
+    assert_eq!(output.status.code(), Some(1));
+    let last = text(&output.stdout).trim_end().lines().last().unwrap_or_default();
+    assert_eq!(
+        last,
+        "2 of 25 checks failed: torque in acceleration at 2815 1/min; greatest current, against C0022."
+    );
+}
+
+#[test]
+fn a_machine_that_cannot_be_read_is_bad_input_with_every_mistake_on_a_line() {
+    let scratch = Scratch::new();
+    let (wrong, catalogue) = (scratch.path("wrong.toml"), scratch.path("motors.toml"));
+    std::fs::write(&wrong, "[mechanics]\nroller_diameter_mm = 0\n[feed]\nlength_mm = 5\n").expect("it can be written");
+    std::fs::write(&catalogue, "[[motor]]\nname = 3\n").expect("it can be written");
+    let output = film_feed(&["size", &wrong]);
+    assert_eq!(output.status.code(), Some(2));
+    let told = text(&output.stderr);
+    for sentence in [
+        "wrong.toml: line 2: mechanics.roller_diameter_mm: expected 1 to 5000, got 0\n",
+        "wrong.toml: line 4: feed.length_mm: expected 200 to 2000, got 5\n",
+        "wrong.toml: line 1: the table [motor] is missing\n",
+    ] {
+        assert!(told.contains(sentence), "{told}");
+    }
+    for (arguments, sentence) in [
+        (vec!["size", "/nonexistent.toml"], "/nonexistent.toml cannot be read"),
+        (
+            vec!["size", wrong.as_str(), "--catalogue", catalogue.as_str()],
+            "motors.toml: line 2: motor.name: expected a text",
+        ),
+        (vec!["size"], "`film-feed size --help` lists what is allowed"),
+    ] {
+        let output = film_feed(&arguments);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(text(&output.stderr).contains(sentence), "{}", text(&output.stderr));
+    }
+}

@@ -1,14 +1,19 @@
 //! The command line: what a person types, checked before anything moves.
 
+mod machine;
 mod model;
 mod output_file;
 pub mod replay;
 pub mod run;
+pub mod size;
 
+use std::fmt::Display;
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use serde::Serialize;
 
 /// Feeds film: PLC block, PROFIBUS-DP, Lenze 9300 and film in one chain.
 #[derive(Debug, Parser)]
@@ -25,6 +30,8 @@ struct Cli {
 enum Command {
     /// Run feeds, in virtual time or on a serial line, and report how they landed.
     Run(run::RunArgs),
+    /// Size motor, gear, drive and brake resistor of a machine; exit code 1 when something is too small.
+    Size(size::SizeArgs),
     /// Run the block alone on recorded images, one JSON line a PLC cycle.
     Replay(replay::ReplayArgs),
 }
@@ -49,6 +56,7 @@ fn dispatch() -> u8 {
     let outcome = match cli.command {
         None => run::run(&cli.run).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Run(args)) => run::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
+        Some(Command::Size(args)) => size::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Replay(args)) => replay::run(args)
             .map(|()| true)
             .map_err(|error| (error.exit_code(), error.to_string())),
@@ -60,6 +68,26 @@ fn dispatch() -> u8 {
             eprintln!("film-feed: {sentence}");
             code
         }
+    }
+}
+
+/// Prints a report, for machines or for people. Whoever closed the pipe has read enough.
+fn print(json: bool, report: &(impl Serialize + Display)) -> Result<(), String> {
+    let mut out = io::stdout().lock();
+    let mut put = || -> io::Result<()> {
+        if json {
+            serde_json::to_writer(&mut out, report)?;
+            writeln!(out)?;
+        } else {
+            writeln!(out, "{report}")?;
+        }
+        out.flush()
+    };
+    match put() {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(format!("the report cannot be written: {error}"))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -78,6 +106,10 @@ fn report_usage(error: &clap::Error) -> u8 {
         .collect();
     let message = lines.join(" ");
     let sentence = message.strip_prefix("error: ").unwrap_or(&message);
-    eprintln!("film-feed: {sentence}; `film-feed run --help` lists what is allowed");
+    let given = std::env::args().nth(1).unwrap_or_default();
+    let command = Cli::command();
+    // Without a subcommand it is `run`.
+    let asked = command.find_subcommand(&given).map_or("run", clap::Command::get_name);
+    eprintln!("film-feed: {sentence}; `film-feed {asked} --help` lists what is allowed");
     BAD_INPUT
 }

@@ -34,6 +34,7 @@
 //! # Ok::<(), lenze9300_model::FileError>(())
 //! ```
 
+mod profile;
 mod read;
 mod rig;
 
@@ -44,6 +45,7 @@ use lenze9300_model::code::CodeStore;
 use lenze9300_model::traverse::{LatchMode, Rounding};
 use lenze9300_model::units::INC_PER_REV;
 
+pub use profile::Segment;
 pub use rig::NotRunnable;
 
 use crate::catalogue::{DriveUnit, Motor};

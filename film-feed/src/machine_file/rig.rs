@@ -13,7 +13,6 @@ use thiserror::Error;
 use super::MachineFile;
 use crate::machine::{FilmConfig, MarkConfig, Roller};
 use crate::operator::FeedPlan;
-use crate::report::FeedMode;
 use crate::rig::RigConfig;
 
 /// Why a machine cannot be run although it can be sized.
@@ -53,20 +52,6 @@ impl MachineFile {
                 as i16,
             pause_ns: (pause_s * 1e9) as u64,
             ..FeedPlan::default()
-        }
-    }
-
-    /// How long a feed moves, s: a trapezoid or triangle by length; to a mark the travel to 100 mm before the feed length, then the search
-    /// at the mark-reading velocity, for a mark in its mean place.
-    pub fn motion_s(&self) -> f64 {
-        let feed = &self.feed;
-        let (length, speed, accel) = (feed.length_mm, feed.speed_mm_s, feed.acceleration_mm_s2);
-        match feed.mode {
-            FeedMode::Length => ramps_s(length, speed, 0.0, accel),
-            FeedMode::Mark => {
-                let slow = feed.mark_speed_mm_s;
-                ramps_s(length - SEARCH_MM, speed, slow, accel) + SEARCH_MM / slow + 0.5 * slow / accel
-            }
         }
     }
 
@@ -197,18 +182,6 @@ impl MachineFile {
         }
     }
 }
-
-/// Time over `length` from rest to the speed `last`, with `speed` and `accel` as limits.
-fn ramps_s(length: f64, speed: f64, last: f64, accel: f64) -> f64 {
-    // Highest speed of a motion without a constant part: v² = a·s + last²/2.
-    let peak = (accel * length + 0.5 * last * last).sqrt().min(speed);
-    let ramps_mm = (2.0 * peak * peak - last * last) / (2.0 * accel);
-    (2.0 * peak - last) / accel + (length - ramps_mm).max(0.0) / peak
-}
-
-/// The search begins 100 mm before the feed length, and ends 50 mm behind a mark that lies 50 mm before it (film-feed specification,
-/// section 6).
-const SEARCH_MM: f64 = 100.0;
 
 /// Shorter the operator cannot be: the film has to come to rest and the PLC to see it.
 const SHORTEST_PAUSE_S: f64 = 0.02;

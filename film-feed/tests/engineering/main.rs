@@ -1,6 +1,7 @@
 //! MACHINE.toml and what is reckoned from it.
 
 mod machine_file;
+mod size;
 
 use film_feed::catalogue::Catalogue;
 use film_feed::machine_file::MachineFile;

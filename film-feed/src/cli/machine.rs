@@ -1,0 +1,47 @@
+//! What the commands that reckon from a MACHINE.toml have in common: reading it, with a catalogue.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::catalogue::Catalogue;
+use crate::machine_file::MachineFile;
+
+/// The machine of a command.
+#[derive(Debug, Clone, Args)]
+pub(super) struct MachineArgs {
+    /// The machine, as in docs/examples/machine.toml.
+    #[arg(value_name = "MACHINE.toml")]
+    machine: PathBuf,
+    /// Further motors and drives, as in film-feed/catalogue; may be given several times.
+    #[arg(long, value_name = "FILE.toml")]
+    catalogue: Vec<PathBuf>,
+}
+
+impl MachineArgs {
+    /// Reads the machine.
+    ///
+    /// # Errors
+    /// One sentence for a file that cannot be read, or one a line for each mistake in it.
+    pub(super) fn read(&self) -> Result<MachineFile, String> {
+        let mut catalogue = Catalogue::built_in();
+        for path in &self.catalogue {
+            catalogue.add(Catalogue::read(&text(path)?).map_err(|error| told(path, &error))?);
+        }
+        MachineFile::read(&text(&self.machine)?, &catalogue).map_err(|error| told(&self.machine, &error))
+    }
+}
+
+fn text(path: &Path) -> Result<String, String> {
+    fs::read_to_string(path).map_err(|error| format!("{} cannot be read: {error}", path.display()))
+}
+
+fn told(path: &Path, error: &lenze9300_model::FileError) -> String {
+    let mistakes: Vec<String> = error
+        .mistakes
+        .iter()
+        .map(|mistake| format!("{}: {mistake}", path.display()))
+        .collect();
+    mistakes.join("\n")
+}

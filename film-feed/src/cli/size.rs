@@ -1,0 +1,47 @@
+//! `film-feed size`: whether motor, gear, drive and brake resistor are large enough.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::machine::MachineArgs;
+use super::output_file::OutputFile;
+use crate::size::{self, Sizing};
+
+/// What `film-feed size` takes.
+#[derive(Debug, Clone, Args)]
+pub struct SizeArgs {
+    #[command(flatten)]
+    machine: MachineArgs,
+    /// Print the sizing as one JSON object.
+    #[arg(long)]
+    json: bool,
+    /// Write the sizing with its pictures as one HTML page.
+    #[arg(long, value_name = "FILE.html")]
+    html: Option<PathBuf>,
+    /// Draw the operating points in the torque-speed diagram as SVG.
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+}
+
+/// Sizes the machine; `Ok(true)` when no row is beyond its limit.
+///
+/// # Errors
+/// What was wrong with what was given.
+pub fn run(args: &SizeArgs) -> Result<bool, String> {
+    let machine = args.machine.read()?;
+    let page = args.html.as_deref().map(OutputFile::create).transpose()?;
+    let picture = args.plot.as_deref().map(OutputFile::create).transpose()?;
+    let sizing = Sizing::of(&machine);
+    if let Some(file) = page {
+        let page = size::html(&machine, &sizing).map_err(|error| error.to_string())?;
+        file.commit(|out| out.write_all(page.as_bytes()))?;
+    }
+    if let Some(file) = picture {
+        let svg = size::torque_over_speed(&machine, &sizing).map_err(|error| error.to_string())?;
+        file.commit(|out| out.write_all(svg.as_bytes()))?;
+    }
+    super::print(args.json, &sizing)?;
+    Ok(sizing.ok())
+}
