@@ -6,8 +6,9 @@ use std::net::TcpListener;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use lenze9300_model::bus::can::CanFrame;
 use lenze9300_model::bus::can_port::{
-    AnyCanPort, BusState, CanBusEvent, CanPort, CanPortError, CanPortName, PortFrame, ReopeningCanPort, open,
+    AnyCanPort, BusState, CanBusEvent, CanPort, CanPortError, CanPortName, ReopeningCanPort, open,
 };
 
 const WAIT: Duration = Duration::from_millis(50);
@@ -55,7 +56,7 @@ fn server() -> (TcpListener, CanPortName) {
     (listener, name.parse().unwrap())
 }
 
-fn next_frame(port: &mut dyn CanPort) -> Option<PortFrame> {
+fn next_frame(port: &mut dyn CanPort) -> Option<CanFrame> {
     let begun = Instant::now();
     while begun.elapsed() < Duration::from_secs(3) {
         if let Some(frame) = port.receive(WAIT).unwrap() {
@@ -66,8 +67,8 @@ fn next_frame(port: &mut dyn CanPort) -> Option<PortFrame> {
 }
 
 /// The facts' example: C0061 read, 43 °C answered (SYSBUS p. 2-18).
-fn read_c0061() -> PortFrame {
-    PortFrame::new(0x601, &[0x40, 0xC2, 0x5F, 0, 0, 0, 0, 0]).unwrap()
+fn read_c0061() -> CanFrame {
+    CanFrame::new(0x601, &[0x40, 0xC2, 0x5F, 0, 0, 0, 0, 0]).unwrap()
 }
 
 fn exchange(port: &mut AnyCanPort) {

@@ -6,7 +6,8 @@
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use lenze9300_model::bus::can_port::{CanPort, CanPortError, PortFrame, ReopeningCanPort, SocketCanPort};
+use lenze9300_model::bus::can::CanFrame;
+use lenze9300_model::bus::can_port::{CanPort, CanPortError, ReopeningCanPort, SocketCanPort};
 
 fn has_bus(test: &str) -> bool {
     let there = std::env::var_os("WITH_VCAN").is_some();
@@ -48,7 +49,7 @@ impl Drop for Interface {
     }
 }
 
-fn next_frame(port: &mut impl CanPort) -> Option<PortFrame> {
+fn next_frame(port: &mut impl CanPort) -> Option<CanFrame> {
     let begun = Instant::now();
     while begun.elapsed() < Duration::from_secs(2) {
         if let Some(frame) = port.receive(Duration::from_millis(20)).unwrap() {
@@ -80,11 +81,11 @@ fn frames_of_every_length_and_requests_arrive_as_they_were_sent() {
     let mut far = SocketCanPort::open(interface.0).unwrap();
     let octets = [0x23, 0xF3, 0x5F, 0x00, 0x40, 0x0D, 0x03, 0x00];
     for len in 0..=8 {
-        let frame = PortFrame::new(0x600 + u16::try_from(len).unwrap(), &octets[..len]).unwrap();
+        let frame = CanFrame::new(0x600 + u16::try_from(len).unwrap(), &octets[..len]).unwrap();
         near.send(&frame).unwrap();
         assert_eq!(next_frame(&mut far), Some(frame));
     }
-    let request = PortFrame::new_remote(0x701, 1).unwrap();
+    let request = CanFrame::new_remote(0x701, 1).unwrap();
     far.send(&request).unwrap();
     assert_eq!(next_frame(&mut near), Some(request));
 }
@@ -136,7 +137,7 @@ fn an_interface_that_goes_down_or_is_removed_is_told_and_used_again_when_it_is_b
     }
     let interface = Interface::new("vcback");
     let mut port = ReopeningCanPort::open(&interface.0.parse().unwrap()).unwrap();
-    let frame = PortFrame::new(0x601, &[1, 2, 3]).unwrap();
+    let frame = CanFrame::new(0x601, &[1, 2, 3]).unwrap();
 
     ip_link("set vcback down");
     assert_eq!(

@@ -9,7 +9,7 @@ use super::utilisation::Utilisation;
 use crate::code::table::number::{
     C0002, C0003, C0011, C0040, C0042, C0043, C0050, C0051, C0052, C0053, C0054, C0056, C0057, C0059, C0060, C0061,
     C0063, C0064, C0067, C0087, C0089, C0105, C0121, C0122, C0135, C0142, C0150, C0161, C0167, C0168, C0169, C0170,
-    C0173, C0178, C0179, C0183, C0255, C0596, C0858, C0859, C1218,
+    C0173, C0178, C0179, C0183, C0255, C0358, C0596, C0858, C0859, C1218,
 };
 use crate::code::{CodeError, CodeStore, Inhibit, WriteEffect};
 use crate::control::PositionController;
@@ -161,6 +161,10 @@ pub struct Drive {
     aif: AifControl,
     /// C0135, a control word that keypad or system bus write; laid out as that of the bus module.
     word: AifControl,
+    /// The control word of the system bus, laid out alike.
+    can: AifControl,
+    /// C0358 asked for a reset of the system bus.
+    can_reset: bool,
     /// C0040 := 0.
     inhibited_by_code: bool,
     memory: NonVolatile,
@@ -239,6 +243,8 @@ impl Drive {
             positioning: PositioningSignals::default(),
             aif: BEFORE_FIRST_COMMAND,
             word: AifControl(0),
+            can: AifControl(0),
+            can_reset: false,
             inhibited_by_code: false,
             memory,
             transfer: None,
@@ -409,7 +415,10 @@ impl Drive {
             .injected
             .with(Fault::Lu, link == LinkState::Undervoltage)
             .with(Fault::Ou, link == LinkState::Overvoltage)
-            .with(Fault::Eer, self.aif.trip_set() || self.word.trip_set())
+            .with(
+                Fault::Eer,
+                self.aif.trip_set() || self.word.trip_set() || self.can.trip_set(),
+            )
             .with(Fault::Nmax, omega.abs() > self.limits.plant_speed)
             .with(Fault::P03, following_error > self.limits.p03)
             .with(Fault::P14, following_error > first)
@@ -447,7 +456,7 @@ impl Drive {
         self.monitor.update(causes, reaction, restart);
 
         let now = Edges {
-            trip_reset: self.aif.trip_reset() || self.word.trip_reset(),
+            trip_reset: self.aif.trip_reset() || self.word.trip_reset() || self.can.trip_reset(),
             released: self.terminals.x5_28,
             inhibited: self.externally_inhibited(),
         };
@@ -487,10 +496,12 @@ impl Drive {
             || self.aif.disable()
             || self.word.controller_inhibit()
             || self.word.disable()
+            || self.can.controller_inhibit()
+            || self.can.disable()
     }
 
     fn quick_stop(&self) -> bool {
-        self.aif.quick_stop() || self.word.quick_stop() || self.monitor.fail_qsp().is_some()
+        self.aif.quick_stop() || self.word.quick_stop() || self.can.quick_stop() || self.monitor.fail_qsp().is_some()
     }
 
     /// Whether the output stage is off, whatever the reason.
@@ -553,6 +564,22 @@ impl Drive {
     /// Gives the bus' command; it acts in the next 1 ms task.
     pub fn set_aif(&mut self, command: AifControl) {
         self.aif = command;
+    }
+
+    /// Gives the command of the system bus; it acts in the next 1 ms task beside that of the bus module, and each of the two can
+    /// stop the drive.
+    pub fn set_can(&mut self, command: AifControl) {
+        self.can = command;
+    }
+
+    /// Whether C0358 asked for a reset of the system bus since the last call.
+    pub(crate) fn take_can_reset(&mut self) -> bool {
+        std::mem::take(&mut self.can_reset)
+    }
+
+    /// Shows a value in a display code; what is none is passed over.
+    pub(crate) fn show(&mut self, code: u16, subcode: u8, raw: i32) {
+        let _ = self.codes.publish(code, subcode, raw);
     }
 
     /// Sets the level at terminal 28; sampled by the next 1 ms task.
@@ -651,6 +678,7 @@ impl Drive {
             C0040 => self.inhibited_by_code = value == 0,
             C0043 if value == 0 => self.reset_trip(),
             C0135 => self.word = AifControl(value as u16),
+            C0358 => self.can_reset |= value != 0,
             C0167 if value != 0 => self.memory.faults.clear(),
             _ => {}
         }
@@ -717,13 +745,16 @@ impl Drive {
             (self.monitor.message().is_some(), 104),
             (self.word.disable(), 111),
             (self.aif.disable(), 112),
+            (self.can.disable(), 113),
             (!self.terminals.x5_28, 121),
             (self.inhibited_by_code || self.word.controller_inhibit(), 124),
             (self.aif.controller_inhibit(), 125),
+            (self.can.controller_inhibit(), 126),
             (self.monitor.restart_locked(), 141),
             (self.monitor.fail_qsp().is_some(), 151),
             (self.word.quick_stop(), 152),
             (self.aif.quick_stop(), 153),
+            (self.can.quick_stop(), 154),
             (self.monitor.warning().is_some(), 250),
         ];
         reasons

@@ -12,7 +12,6 @@
 
 mod error;
 mod events;
-mod frame;
 mod name;
 mod reopening;
 mod serial;
@@ -24,13 +23,14 @@ mod socket;
 use std::time::Duration;
 
 pub use error::{CanPortError, CanPortErrorKind};
-pub use frame::PortFrame;
 pub use name::{AnyCanPort, CanPortName, ParseCanPortNameError, open};
 pub use reopening::ReopeningCanPort;
 pub use serial::AdapterSerial;
 pub use slcan_port::{Line, SlcanPort};
 #[cfg(target_os = "linux")]
 pub use socket::SocketCanPort;
+
+use super::can::CanFrame;
 
 /// A port to a CAN bus.
 pub trait CanPort {
@@ -41,25 +41,25 @@ pub trait CanPort {
     /// # Errors
     ///
     /// [`CanPortError`]; after one of the kinds `Gone` and `Down` the port must be opened again.
-    fn receive(&mut self, max_wait: Duration) -> Result<Option<PortFrame>, CanPortError>;
+    fn receive(&mut self, max_wait: Duration) -> Result<Option<CanFrame>, CanPortError>;
 
     /// Hands a frame to the bus. Returns before it has been sent.
     ///
     /// # Errors
     ///
     /// As [`receive`](Self::receive), and [`CanPortError::Full`] when the bus does not take the frames as fast as they come.
-    fn send(&mut self, frame: &PortFrame) -> Result<(), CanPortError>;
+    fn send(&mut self, frame: &CanFrame) -> Result<(), CanPortError>;
 
     /// What happened to the bus since the last call, oldest first.
     fn poll_event(&mut self) -> Option<CanBusEvent>;
 }
 
 impl<P: CanPort + ?Sized> CanPort for Box<P> {
-    fn receive(&mut self, max_wait: Duration) -> Result<Option<PortFrame>, CanPortError> {
+    fn receive(&mut self, max_wait: Duration) -> Result<Option<CanFrame>, CanPortError> {
         (**self).receive(max_wait)
     }
 
-    fn send(&mut self, frame: &PortFrame) -> Result<(), CanPortError> {
+    fn send(&mut self, frame: &CanFrame) -> Result<(), CanPortError> {
         (**self).send(frame)
     }
 

@@ -5,7 +5,8 @@ use std::thread;
 use std::time::Duration;
 
 use super::events::Events;
-use super::{AnyCanPort, CanBusEvent, CanPort, CanPortError, CanPortErrorKind, CanPortName, PortFrame, open};
+use super::{AnyCanPort, CanBusEvent, CanPort, CanPortError, CanPortErrorKind, CanPortName, open};
+use crate::bus::can::CanFrame;
 
 /// A CAN port that waits for an interface that is down or removed, and for an adapter that was pulled.
 ///
@@ -74,7 +75,7 @@ impl ReopeningCanPort {
 }
 
 impl CanPort for ReopeningCanPort {
-    fn receive(&mut self, max_wait: Duration) -> Result<Option<PortFrame>, CanPortError> {
+    fn receive(&mut self, max_wait: Duration) -> Result<Option<CanFrame>, CanPortError> {
         match &mut self.state {
             State::There(port) => match port.receive(max_wait) {
                 Ok(frame) => return Ok(frame),
@@ -98,7 +99,7 @@ impl CanPort for ReopeningCanPort {
         Ok(None)
     }
 
-    fn send(&mut self, frame: &PortFrame) -> Result<(), CanPortError> {
+    fn send(&mut self, frame: &CanFrame) -> Result<(), CanPortError> {
         match &mut self.state {
             State::There(port) => port.send(frame).or_else(|error| self.handle(error)),
             State::Gone { .. } => Ok(()),

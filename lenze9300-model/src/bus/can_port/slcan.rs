@@ -12,7 +12,7 @@
 //!
 //! Source: LAWICEL, CAN232 manual, version 3, "Available CAN232 ASCII commands".
 
-use super::PortFrame;
+use crate::bus::can::CanFrame;
 
 /// A bit rate the protocol has a command for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -45,7 +45,7 @@ impl BitRate {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// Send a frame.
-    Send(PortFrame),
+    Send(CanFrame),
     /// Set the bit rate; only while the bus is closed.
     SetBitRate(BitRate),
     /// Go on the bus.
@@ -83,7 +83,7 @@ impl Command {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// A frame was received.
-    Frame(PortFrame),
+    Frame(CanFrame),
     /// A frame with a 29-bit identifier was received.
     Extended,
     /// The command was done, or the frame was taken.
@@ -194,13 +194,13 @@ fn data_frame(rest: &[u8]) -> Option<Answer> {
         *octet = u8::try_from(number(pair)?).ok()?;
     }
     is_stamp(stamp).then_some(())?;
-    PortFrame::new(id, octets.get(..usize::from(len))?).map(Answer::Frame)
+    CanFrame::new(id, octets.get(..usize::from(len))?).map(Answer::Frame)
 }
 
 fn remote_frame(rest: &[u8]) -> Option<Answer> {
     let (id, len, stamp) = head(rest)?;
     is_stamp(stamp).then_some(())?;
-    PortFrame::new_remote(id, len).map(Answer::Frame)
+    CanFrame::new_remote(id, len).map(Answer::Frame)
 }
 
 /// Identifier, length and what follows.
@@ -254,10 +254,10 @@ mod tests {
     /// CAN232 manual: "t10021133" sends identifier 0x100 with the octets 11 and 33; S4 is 125, S6 500, S8 1000 kbit/s.
     #[test]
     fn commands_are_those_of_the_manual() {
-        let send = |id, data: &[u8]| Command::Send(PortFrame::new(id, data).unwrap());
+        let send = |id, data: &[u8]| Command::Send(CanFrame::new(id, data).unwrap());
         assert_eq!(line(send(0x100, &[0x11, 0x33])), "t10021133\r");
         assert_eq!(line(send(0x7FF, &[])), "t7FF0\r");
-        assert_eq!(line(Command::Send(PortFrame::new_remote(0x100, 8).unwrap())), "r1008\r");
+        assert_eq!(line(Command::Send(CanFrame::new_remote(0x100, 8).unwrap())), "r1008\r");
         for (kbit_s, expected) in [(10, "S0\r"), (125, "S4\r"), (500, "S6\r"), (1000, "S8\r")] {
             assert_eq!(
                 line(Command::SetBitRate(BitRate::from_kbit_s(kbit_s).unwrap())),
@@ -276,8 +276,8 @@ mod tests {
                 Answer::Done,
                 Answer::Refused,
                 Answer::Status(StatusFlags(0x84)),
-                Answer::Frame(PortFrame::new(0x100, &[0x11, 0x33]).unwrap()),
-                Answer::Frame(PortFrame::new(0x100, &[0x11, 0x33]).unwrap()),
+                Answer::Frame(CanFrame::new(0x100, &[0x11, 0x33]).unwrap()),
+                Answer::Frame(CanFrame::new(0x100, &[0x11, 0x33]).unwrap()),
                 Answer::Extended,
             ]
         );
@@ -296,7 +296,7 @@ mod tests {
             let text = format!("{spoilt}\rt1000\r");
             assert_eq!(
                 answers(text.as_bytes()),
-                [Answer::Unknown, Answer::Frame(PortFrame::new(0x100, &[]).unwrap())],
+                [Answer::Unknown, Answer::Frame(CanFrame::new(0x100, &[]).unwrap())],
                 "{spoilt}"
             );
         }
@@ -307,7 +307,7 @@ mod tests {
     proptest! {
         #[test]
         fn what_is_sent_is_what_is_received(id in 0_u16..0x800, data in prop::collection::vec(any::<u8>(), 0..=8)) {
-            let frame = PortFrame::new(id, &data).unwrap();
+            let frame = CanFrame::new(id, &data).unwrap();
             prop_assert_eq!(answers(line(Command::Send(frame)).as_bytes()), [Answer::Frame(frame)]);
         }
 

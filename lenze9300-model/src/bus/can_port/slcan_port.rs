@@ -7,7 +7,8 @@ use dp_master::phy::{Port, PortError};
 
 use super::events::Events;
 use super::slcan::{Answer, BitRate, Command, Decoder, StatusFlags};
-use super::{BusState, CanBusEvent, CanPort, CanPortError, PortFrame};
+use super::{BusState, CanBusEvent, CanPort, CanPortError};
+use crate::bus::can::CanFrame;
 
 /// What an adapter needs of a line: octets, no bit rate of its own.
 pub trait Line {
@@ -45,7 +46,7 @@ pub struct SlcanPort<P: Line> {
     line: P,
     name: String,
     decoder: Decoder,
-    frames: VecDeque<PortFrame>,
+    frames: VecDeque<CanFrame>,
     events: Events,
     state: BusState,
     /// A frame was refused since the last call of `send`.
@@ -149,7 +150,7 @@ impl<P: Line> SlcanPort<P> {
 }
 
 impl<P: Line> CanPort for SlcanPort<P> {
-    fn receive(&mut self, max_wait: Duration) -> Result<Option<PortFrame>, CanPortError> {
+    fn receive(&mut self, max_wait: Duration) -> Result<Option<CanFrame>, CanPortError> {
         if let Some(frame) = self.frames.pop_front() {
             return Ok(Some(frame));
         }
@@ -167,7 +168,7 @@ impl<P: Line> CanPort for SlcanPort<P> {
         Ok(self.frames.pop_front())
     }
 
-    fn send(&mut self, frame: &PortFrame) -> Result<(), CanPortError> {
+    fn send(&mut self, frame: &CanFrame) -> Result<(), CanPortError> {
         if std::mem::take(&mut self.refused) {
             return Err(CanPortError::Full {
                 name: self.name.clone(),

@@ -3,10 +3,13 @@
 use std::io;
 use std::time::Duration;
 
-use socketcan::{CanFrame, CanSocket, EmbeddedFrame, Frame, Id, ShouldRetry, Socket, SocketOptions, StandardId};
+use socketcan::{
+    CanFrame as KernelFrame, CanSocket, EmbeddedFrame, Frame, Id, ShouldRetry, Socket, SocketOptions, StandardId,
+};
 
 use super::events::Events;
-use super::{BusState, CanBusEvent, CanPort, CanPortError, PortFrame};
+use super::{BusState, CanBusEvent, CanPort, CanPortError};
+use crate::bus::can::CanFrame;
 
 /// A raw socket on one interface. Error frames are switched on: from them come the states of the bus.
 #[derive(Debug)]
@@ -71,7 +74,7 @@ impl SocketCanPort {
 }
 
 impl CanPort for SocketCanPort {
-    fn receive(&mut self, max_wait: Duration) -> Result<Option<PortFrame>, CanPortError> {
+    fn receive(&mut self, max_wait: Duration) -> Result<Option<CanFrame>, CanPortError> {
         let frame = match self.socket.read_frame_timeout(max_wait) {
             Ok(frame) => frame,
             Err(error) if error.should_retry() || is_time_out(&error) => return Ok(None),
@@ -83,23 +86,23 @@ impl CanPort for SocketCanPort {
         }
         let Id::Standard(id) = frame.id() else { return Ok(None) };
         Ok(match frame {
-            CanFrame::Remote(_) => u8::try_from(frame.dlc())
+            KernelFrame::Remote(_) => u8::try_from(frame.dlc())
                 .ok()
-                .and_then(|len| PortFrame::new_remote(id.as_raw(), len)),
-            _ => PortFrame::new(id.as_raw(), frame.data()),
+                .and_then(|len| CanFrame::new_remote(id.as_raw(), len)),
+            _ => CanFrame::new(id.as_raw(), frame.data()),
         })
     }
 
-    fn send(&mut self, frame: &PortFrame) -> Result<(), CanPortError> {
+    fn send(&mut self, frame: &CanFrame) -> Result<(), CanPortError> {
         let converted = StandardId::new(frame.id()).and_then(|id| {
             if frame.is_remote() {
-                CanFrame::new_remote(id, usize::from(frame.dlc()))
+                KernelFrame::new_remote(id, usize::from(frame.dlc()))
             } else {
-                CanFrame::new(id, frame.data())
+                KernelFrame::new(id, frame.data())
             }
         });
         let Some(converted) = converted else {
-            // A `PortFrame` has no more than 11 bits and 8 octets.
+            // A `CanFrame` has no more than 11 bits and 8 octets.
             return Err(failure(&self.name, io::ErrorKind::InvalidInput.into()));
         };
         self.socket
