@@ -9,6 +9,7 @@ mod serve;
 mod signals;
 mod state;
 mod step;
+mod system_bus;
 
 use std::process::ExitCode;
 
@@ -25,7 +26,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Answer a DP master on a serial line or a pseudo-terminal, in real time.
+    /// Answer a DP master on a serial line or a pseudo-terminal, and clients on the CAN system bus, in real time.
     Serve(serve::ServeArgs),
     /// List the signals that can be recorded, with unit and meaning.
     Signals(signals::SignalsArgs),

@@ -1,4 +1,4 @@
-//! `lenze9300 serve`: the drive and its bus module in real time.
+//! `lenze9300 serve`: the drive with its bus module, its system bus or both, in real time.
 
 use std::convert::Infallible;
 use std::io::{BufRead, Write};
@@ -10,8 +10,10 @@ use clap::Args;
 use dp_master::driver::Driver;
 use dp_master::phy::{PortName, ReopeningPort, SerialOptions, Transmitter, request_real_time};
 use dp_master::time::{Baud, Duration};
+use lenze9300_model::bus::can_port::CanPortName;
 use lenze9300_model::bus::dp::{Emf2133, Emf2133Config, IDENT};
-use lenze9300_model::code::{CodeStore, read_parameter_file};
+use lenze9300_model::code::table::number::C0350;
+use lenze9300_model::code::{CodeStore, Inhibit, read_parameter_file};
 use lenze9300_model::device::{Drive, DriveConfig, NonVolatile, SetNumber, read_state_file};
 use lenze9300_model::traverse::ProgramFile;
 use lenze9300_model::{FileError, TICK_NS, TICKS_PER_MS};
@@ -20,16 +22,23 @@ use crate::operator::{Operator, Order};
 use crate::reader::MarkReader;
 use crate::scope_orders::{ScopeDesk, ScopeOrder};
 use crate::state::StateKeeper;
+use crate::system_bus::SystemBus;
 
 /// What `lenze9300 serve` takes.
 #[derive(Debug, Args)]
 pub(crate) struct ServeArgs {
     /// Line to answer on: a serial device, or tcp://host:port of a serial-device server.
-    #[arg(long, value_name = "PATH", required_unless_present = "pty", conflicts_with = "pty")]
+    #[arg(long, value_name = "PATH", required_unless_present_any = ["pty", "can"], conflicts_with = "pty")]
     port: Option<PortName>,
     /// Make a pseudo-terminal, link it here and answer on it.
     #[arg(long, value_name = "LINK")]
     pty: Option<PathBuf>,
+    /// CAN port of the system bus: an interface such as can0, or slcan:/dev/ttyACM0@500, slcan:tcp://host:4001@500.
+    #[arg(long, value_name = "PORT")]
+    can: Option<CanPortName>,
+    /// Node address on the system bus, 1…63; C0350 if not given.
+    #[arg(long, value_name = "N", requires = "can", value_parser = clap::value_parser!(u8).range(1..=63))]
+    node: Option<u8>,
     /// Who switches the RS485 transmitter: adapter, rts or kernel, also as rts-inverted, and with delays in ms as rts:1:1.
     #[arg(long, value_name = "HOW", default_value = "adapter", requires = "port")]
     rs485: Transmitter,
@@ -76,44 +85,80 @@ pub(crate) fn serve(args: &ServeArgs) -> Result<Infallible, String> {
         ..Emf2133Config::default()
     };
     let (drive, keeper) = power_up(args)?;
-    let module = Emf2133::new(config, args.baud).map_err(|error| error.to_string())?;
-    let name = match (&args.port, &args.pty) {
-        (Some(name), _) => name.clone(),
-        (None, Some(link)) => PortName::PseudoTerminal(link.clone()),
-        (None, None) => return Err("--port PATH or --pty LINK is needed to answer on".to_string()),
-    };
-    let serial = SerialOptions {
-        transmitter: args.rs485,
-        ..SerialOptions::default()
-    };
-    let opened = ReopeningPort::open(&name, args.baud, serial).map_err(|error| error.to_string())?;
-    opened.notes.iter().for_each(note);
     if args.real_time
         && let Err(refused) = request_real_time()
     {
         note(&refused);
     }
-    announce(&match (&name, &opened.far_end) {
-        (PortName::PseudoTerminal(link), Some(far_end)) => {
-            format!(
-                "answering at address {} on {} ({})",
-                args.address,
-                link.display(),
-                far_end.display()
-            )
-        }
-        _ => format!("answering at address {} on {name}", args.address),
-    })?;
+    let line = match (&args.port, &args.pty) {
+        (Some(name), _) => Some(Line::open(args, name, config)?),
+        (None, Some(link)) => Some(Line::open(args, &PortName::PseudoTerminal(link.clone()), config)?),
+        (None, None) => None,
+    };
+    let system_bus = args
+        .can
+        .as_ref()
+        .map(|name| SystemBus::open(name, &drive))
+        .transpose()?;
+    if let (Some(name), Some(bus)) = (&args.can, &system_bus) {
+        announce(&format!("answering as node {} on {name}", bus.node()))?;
+    }
     let mut machine = Machine {
         reader: (args.marks_every != 0).then(|| MarkReader::new(args.marks_every, drive.codes())),
-        module,
+        line,
+        system_bus,
         drive,
         operator: Operator::default(),
         scope: ScopeDesk::default(),
         orders: orders(),
         keeper,
     };
-    machine.answer(opened.port)
+    machine.answer()
+}
+
+/// The bus module and its line.
+struct Line {
+    module: Emf2133,
+    driver: Driver<ReopeningPort>,
+}
+
+impl Line {
+    /// Opens the line and says where the module answers.
+    fn open(args: &ServeArgs, name: &PortName, config: Emf2133Config) -> Result<Self, String> {
+        let module = Emf2133::new(config, args.baud).map_err(|error| error.to_string())?;
+        let serial = SerialOptions {
+            transmitter: args.rs485,
+            ..SerialOptions::default()
+        };
+        let opened = ReopeningPort::open(name, args.baud, serial).map_err(|error| error.to_string())?;
+        opened.notes.iter().for_each(note);
+        announce(&match (name, &opened.far_end) {
+            (PortName::PseudoTerminal(link), Some(far_end)) => {
+                format!(
+                    "answering at address {} on {} ({})",
+                    args.address,
+                    link.display(),
+                    far_end.display()
+                )
+            }
+            _ => format!("answering at address {} on {name}", args.address),
+        })?;
+        Ok(Self {
+            module,
+            driver: Driver::new(opened.port),
+        })
+    }
+
+    /// Serves the line for as long as `wait`.
+    fn step(&mut self, wait: StdDuration) -> Result<(), String> {
+        self.driver
+            .step(&mut self.module, wait)
+            .map_err(|error| error.to_string())?;
+        while let Some(event) = self.driver.port_mut().poll_event() {
+            note(&event);
+        }
+        Ok(())
+    }
 }
 
 /// The drive with its program and what it has kept.
@@ -131,6 +176,11 @@ fn power_up(args: &ServeArgs) -> Result<(Drive, Option<StateKeeper>), String> {
     }
     if let Some(path) = &args.codes {
         read(path, |text| read_parameter_file(text, &mut codes))?;
+    }
+    if let Some(node) = args.node {
+        codes
+            .write(C0350, 0, i32::from(node) * 10_000, Inhibit::Active)
+            .map_err(|error| error.to_string())?;
     }
     memory.save(SetNumber::FIRST, &codes);
     let keeper = args.state.as_ref().map(|path| StateKeeper::new(path, &memory));
@@ -159,7 +209,9 @@ fn orders() -> Receiver<String> {
 /// Everything that runs in the drive's time.
 struct Machine {
     drive: Drive,
-    module: Emf2133,
+    /// None: no bus module is plugged in.
+    line: Option<Line>,
+    system_bus: Option<SystemBus>,
     reader: Option<MarkReader>,
     operator: Operator,
     scope: ScopeDesk,
@@ -172,8 +224,7 @@ impl Machine {
     ///
     /// When the process was held up, the drive makes up for at most [`MAX_LAG`]; beyond that its time stands still, as if
     /// the machine had been paused.
-    fn answer(&mut self, port: ReopeningPort) -> Result<Infallible, String> {
-        let mut driver = Driver::new(port);
+    fn answer(&mut self) -> Result<Infallible, String> {
         let mut next_ms = StdInstant::now();
         loop {
             let now = StdInstant::now();
@@ -181,7 +232,7 @@ impl Machine {
                 next_ms = now;
             }
             while next_ms <= now {
-                self.millisecond();
+                self.millisecond()?;
                 next_ms += MILLISECOND;
             }
             self.follow_orders()?;
@@ -189,15 +240,20 @@ impl Machine {
                 keeper.keep(self.drive.nonvolatile())?;
             }
             let wait = next_ms.saturating_duration_since(StdInstant::now());
-            driver.step(&mut self.module, wait).map_err(|error| error.to_string())?;
-            while let Some(event) = driver.port_mut().poll_event() {
-                note(&event);
+            match &mut self.line {
+                Some(line) => line.step(wait)?,
+                None => std::thread::sleep(wait),
             }
         }
     }
 
-    fn millisecond(&mut self) {
-        self.module.cycle_1ms(&mut self.drive);
+    fn millisecond(&mut self) -> Result<(), String> {
+        if let Some(line) = &mut self.line {
+            line.module.cycle_1ms(&mut self.drive);
+        }
+        if let Some(bus) = &mut self.system_bus {
+            bus.millisecond(&mut self.drive)?;
+        }
         for _ in 0..TICKS_PER_MS {
             let shaft = self.drive.tick();
             if let Some(reader) = &mut self.reader {
@@ -207,6 +263,7 @@ impl Machine {
         self.scope.sample(&self.drive);
         self.operator.release(&mut self.drive);
         while self.drive.poll_traverse_event().is_some() {}
+        Ok(())
     }
 
     fn follow_orders(&mut self) -> Result<(), String> {
@@ -231,7 +288,7 @@ impl Machine {
 }
 
 /// One line on standard error that is no reason to end.
-fn note(what: &impl std::fmt::Display) {
+pub(crate) fn note(what: &impl std::fmt::Display) {
     eprintln!("lenze9300: {what}");
 }
 

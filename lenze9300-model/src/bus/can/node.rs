@@ -61,6 +61,7 @@ pub struct CanNode {
     ms: u64,
     /// Since the last reset of the node.
     up_ms: u64,
+    reset_due: bool,
     /// Since process data are exchanged.
     operational_ms: u64,
     /// A job for each channel; a new one takes the place of one that was not worked yet.
@@ -164,6 +165,7 @@ impl CanNode {
             bus: BusState::Active,
             ms: 0,
             up_ms: 0,
+            reset_due: false,
             operational_ms: 0,
             jobs: [None; 2],
             inputs: [Input::default(); 3],
@@ -273,10 +275,8 @@ impl CanNode {
         if drive.take_can_reset() {
             self.obey(Nmt::ResetNode);
         }
-        if self.up_ms == 1 {
-            // After power-up and after a reset.
+        if std::mem::take(&mut self.reset_due) {
             self.reset(drive.codes());
-            self.up_ms = 1;
         }
         if self.twice_at_ms.is_some_and(|at| self.ms - at > TWICE_MS) {
             self.twice_at_ms = None;
@@ -300,8 +300,8 @@ impl CanNode {
             Nmt::Stopped => NmtState::Stopped,
             Nmt::PreOperational => NmtState::PreOperational,
             Nmt::ResetNode | Nmt::ResetCommunication => {
-                // Addresses are read by the next millisecond, which has the codes.
-                self.up_ms = 0;
+                // Addresses are read in the next millisecond, which has the codes.
+                self.reset_due = true;
                 NmtState::PreOperational
             }
         };
