@@ -4,6 +4,7 @@
 //!
 //! - [`machine_file`]: MACHINE.toml, one axis in one file, with its [`catalogue`] of motors and drives;
 //! - [`size`]: whether motor and drive are large enough for it;
+//! - [`budget`]: what puts its film beside its place;
 //! - [`machine`]: roller, film, print marks, reader;
 //! - [`rig`]: block, master, line, bus module, drive and film in virtual time;
 //! - [`block`]: the PLC function block "FB Folienvorzug", and [`plc`], its view of the periphery;
@@ -25,6 +26,7 @@
 //! ```
 
 pub mod block;
+pub mod budget;
 pub mod bus_config;
 pub mod catalogue;
 pub mod cli;

@@ -736,6 +736,29 @@ fn size_tells_by_its_exit_code_whether_the_axis_is_large_enough() {
 }
 
 #[test]
+fn budget_names_the_part_to_pay_for() {
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples/machine.toml");
+    let output = film_feed(&["budget", example, "--json"]);
+    assert_eq!(
+        output.status.code(),
+        Some(1),
+        "the resolver alone is worse than the tolerance"
+    );
+    let budget: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!(budget["pay_for"], "accuracy");
+
+    let scratch = Scratch::new();
+    let paid = scratch.path("paid.toml");
+    let machine = std::fs::read_to_string(example).expect("the example is there");
+    let changed = machine.replace("resolver_accuracy_arcmin = 10.0", "resolver_accuracy_arcmin = 0.1");
+    std::fs::write(&paid, changed).expect("a scratch file can be written");
+    let output = film_feed(&["budget", &paid]);
+    assert_eq!(output.status.code(), Some(0));
+    let last = text(&output.stdout).trim_end().lines().last().unwrap_or_default();
+    assert_eq!(last, "The tolerance is held even in the worst case.");
+}
+
+#[test]
 fn a_machine_that_cannot_be_read_is_bad_input_with_every_mistake_on_a_line() {
     let scratch = Scratch::new();
     let (wrong, catalogue) = (scratch.path("wrong.toml"), scratch.path("motors.toml"));

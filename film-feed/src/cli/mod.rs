@@ -1,5 +1,6 @@
 //! The command line: what a person types, checked before anything moves.
 
+pub mod budget;
 mod machine;
 mod model;
 mod output_file;
@@ -32,6 +33,8 @@ enum Command {
     Run(run::RunArgs),
     /// Size motor, gear, drive and brake resistor of a machine; exit code 1 when something is too small.
     Size(size::SizeArgs),
+    /// Split the error of a feed into its parts; exit code 1 when the tolerance is not held.
+    Budget(budget::BudgetArgs),
     /// Run the block alone on recorded images, one JSON line a PLC cycle.
     Replay(replay::ReplayArgs),
 }
@@ -57,6 +60,7 @@ fn dispatch() -> u8 {
         None => run::run(&cli.run).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Run(args)) => run::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Size(args)) => size::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
+        Some(Command::Budget(args)) => budget::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Replay(args)) => replay::run(args)
             .map(|()| true)
             .map_err(|error| (error.exit_code(), error.to_string())),

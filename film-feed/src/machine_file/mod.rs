@@ -236,6 +236,8 @@ pub struct PrintMarks {
 pub struct Positioning {
     /// Resolution of the resolver, bits a revolution, 8…16 (16).
     pub resolver_bits: u8,
+    /// Accuracy of the resolver, arcmin of the motor's shaft to either side, 0…600 (10, 9300 facts 6). A run knows it from fidelity F2 on.
+    pub resolver_accuracy_arcmin: f64,
     /// How E1 latches: `latch = "exact"` or `"sampled"`, the 1 ms sample ("exact").
     pub latch: LatchMode,
     /// Fractions of an increment: `rounding = "truncate"` or `"carry"` to the next feed ("truncate").

@@ -231,6 +231,7 @@ fn read_marks(section: &mut Section<'_, '_, '_>, length_mm: f64) -> PrintMarks {
 fn read_positioning(section: &mut Section<'_, '_, '_>) -> Positioning {
     Positioning {
         resolver_bits: section.whole("resolver_bits", 8..=16, 16) as u8,
+        resolver_accuracy_arcmin: section.real("resolver_accuracy_arcmin", 0.0..=600.0, 10.0),
         latch: section.choice(
             "latch",
             &[("exact", LatchMode::Fast), ("sampled", LatchMode::Sampled1ms)],

@@ -3,7 +3,7 @@
 use lenze9300_model::code::table::number::{C0022, C0173, C0596, C1240, C1250};
 use lenze9300_model::device::DriveConfig;
 use lenze9300_model::plant::{
-    BrakeModule, Coupling, DcLinkParams, FeedbackParams, LinkThresholds, MechanicsParams, ThermalParams,
+    BrakeModule, Coupling, DcLinkParams, FeedbackParams, LinkThresholds, MechanicsParams, ResolverErrors, ThermalParams,
 };
 use lenze9300_model::traverse::TraverseParameters;
 use lenze9300_model::units::Rpm;
@@ -139,6 +139,7 @@ impl MachineFile {
             },
             feedback: FeedbackParams {
                 resolver_bits: self.positioning.resolver_bits,
+                errors: self.resolver_errors(),
                 ..FeedbackParams::default()
             },
             codes: ControllerCodes::from_store(&self.codes),
@@ -148,6 +149,17 @@ impl MachineFile {
             },
             n_plant_max: Rpm(self.codes.number(C0596, 0)),
             ..AxisParams::default()
+        }
+    }
+
+    /// The model's errors of the resolver, with this accuracy.
+    fn resolver_errors(&self) -> ResolverErrors {
+        let default = ResolverErrors::default();
+        let share = self.positioning.resolver_accuracy_arcmin / (default.once_arcmin + default.twice_arcmin);
+        ResolverErrors {
+            once_arcmin: default.once_arcmin * share,
+            twice_arcmin: default.twice_arcmin * share,
+            ..default
         }
     }
 

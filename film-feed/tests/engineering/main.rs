@@ -1,5 +1,6 @@
 //! MACHINE.toml and what is reckoned from it.
 
+mod budget;
 mod machine_file;
 mod size;
 
