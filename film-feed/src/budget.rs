@@ -200,7 +200,7 @@ fn drive(machine: &MachineFile) -> [Part; 3] {
     let bits = u32::from(positioning.resolver_bits);
     let step_mm = mechanics.mm_per_increment() * f64::from(1_u32 << (16_u32.saturating_sub(bits)));
     let arcmin_mm = mechanics.mm_per_arcmin() / mechanics.gear_ratio();
-    let axis = machine.axis_params();
+    let axis = machine.axis_params(0);
     let k_v = axis.codes.c0254_position_gain * axis.scaling.k_v_per_c0254;
     let stiffness = axis.speed_gains().k_p * k_v;
     let mm_per_rad = 0.5 * mechanics.roller_diameter_mm / mechanics.gear_ratio();

@@ -736,6 +736,35 @@ fn size_tells_by_its_exit_code_whether_the_axis_is_large_enough() {
 }
 
 #[test]
+fn a_machine_file_runs_as_the_options_do() {
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples/machine.toml");
+    let report = |arguments: &[&str]| -> Value {
+        let output = film_feed(arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        serde_json::from_slice(&output.stdout).expect("one JSON object")
+    };
+    let by_machine = report(&["run", "--json", "--feeds", "2", "--seed", "5", "--machine", example]);
+    let by_options = report(&["run", "--json", "--feeds", "2", "--seed", "5", "--series", "length"]);
+    // The load inertia of the file is given at the roller: reduced to the motor it differs in its last bit.
+    for key in ["commanded_mm", "film_mm", "peak_rpm", "max_following_error_mm"] {
+        let of = |report: &Value| report["feeds"][0][key].as_f64().expect("a number");
+        let (machine, options) = (of(&by_machine), of(&by_options));
+        assert!(
+            (machine - options).abs() <= 1e-6 * options.abs(),
+            "{key}: {machine} {options}"
+        );
+    }
+
+    let output = film_feed(&["run", "--machine", example, "--length", "900"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        text(&output.stderr).contains("cannot be used with"),
+        "{}",
+        text(&output.stderr)
+    );
+}
+
+#[test]
 fn budget_names_the_part_to_pay_for() {
     let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples/machine.toml");
     let output = film_feed(&["budget", example, "--json"]);

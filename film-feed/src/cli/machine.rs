@@ -20,17 +20,25 @@ pub(super) struct MachineArgs {
 }
 
 impl MachineArgs {
-    /// Reads the machine.
+    /// Reads the machine, see [`read`].
     ///
     /// # Errors
-    /// One sentence for a file that cannot be read, or one a line for each mistake in it.
+    /// As [`read`].
     pub(super) fn read(&self) -> Result<MachineFile, String> {
-        let mut catalogue = Catalogue::built_in();
-        for path in &self.catalogue {
-            catalogue.add(Catalogue::read(&text(path)?).map_err(|error| told(path, &error))?);
-        }
-        MachineFile::read(&text(&self.machine)?, &catalogue).map_err(|error| told(&self.machine, &error))
+        read(&self.machine, &self.catalogue)
     }
+}
+
+/// Reads a machine whose devices may stand in the built-in catalogue or in further ones.
+///
+/// # Errors
+/// One sentence for a file that cannot be read, or one a line for each mistake in it.
+pub(super) fn read(machine: &Path, catalogues: &[PathBuf]) -> Result<MachineFile, String> {
+    let mut catalogue = Catalogue::built_in();
+    for path in catalogues {
+        catalogue.add(Catalogue::read(&text(path)?).map_err(|error| told(path, &error))?);
+    }
+    MachineFile::read(&text(machine)?, &catalogue).map_err(|error| told(machine, &error))
 }
 
 fn text(path: &Path) -> Result<String, String> {

@@ -36,9 +36,12 @@ impl ModelArgs {
     pub(super) fn apply(&self, config: &mut RigConfig) {
         let axis = &mut config.drive.axis;
         axis.fidelity = self.fidelity;
-        axis.mechanics.coupling = self.gear_stiffness.map(|stiffness| {
-            Coupling::at_gear_output(stiffness, self.backlash.unwrap_or(0.0), config.film.roller.gear_ratio)
-        });
+        // A machine file may have a coupling of its own.
+        if let Some(stiffness) = self.gear_stiffness {
+            let ratio = config.film.roller.gear_ratio;
+            let coupling = Coupling::at_gear_output(stiffness, self.backlash.unwrap_or(0.0), ratio);
+            axis.mechanics.coupling = Some(coupling);
+        }
         config.film.web = (self.film == FilmChoice::Elastic).then(WebParams::default);
     }
 }

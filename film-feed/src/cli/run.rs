@@ -10,6 +10,7 @@ use dp_master::time::Baud;
 use indicatif::{ProgressBar, ProgressStyle};
 use lenze9300_model::signal::Signal;
 
+use super::machine;
 use super::model::ModelArgs;
 use super::output_file::OutputFile;
 use crate::machine::{FilmConfig, MarkConfig};
@@ -25,6 +26,12 @@ use crate::signal_trace::SignalTrace;
 /// What `film-feed run` takes.
 #[derive(Debug, Clone, Args)]
 pub struct RunArgs {
+    /// The machine, its feeds and its bus, as in docs/examples/machine.toml; the axis of the thesis if not given.
+    #[arg(long, value_name = "MACHINE.toml", conflicts_with_all = FROM_THE_MACHINE)]
+    machine: Option<PathBuf>,
+    /// Further motors and drives, as in film-feed/catalogue; may be given several times.
+    #[arg(long, value_name = "FILE.toml", requires = "machine")]
+    catalogue: Vec<PathBuf>,
     /// Which series to run.
     #[arg(long, value_enum, default_value_t = SeriesChoice::Both)]
     series: SeriesChoice,
@@ -94,6 +101,24 @@ pub struct RunArgs {
     address: u8,
 }
 
+/// Options whose values a machine file has.
+const FROM_THE_MACHINE: [&str; 14] = [
+    "series",
+    "print_marks",
+    "length",
+    "speed",
+    "accel",
+    "mark_speed",
+    "repeat",
+    "mark_tolerance",
+    "baud",
+    "plc_cycle",
+    "dp_cycle",
+    "address",
+    "film",
+    "port",
+];
+
 /// Which series to run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum SeriesChoice {
@@ -140,6 +165,18 @@ impl RunArgs {
         })
     }
 
+    /// The chain and its feeds, from the machine file or from the other options.
+    fn job(&self) -> Result<(RigConfig, FeedPlan), String> {
+        let Some(path) = &self.machine else {
+            return Ok((self.rig_config(), self.plan()?));
+        };
+        let machine = machine::read(path, &self.catalogue)?;
+        let mut config = machine.rig_config(self.seed).map_err(|error| error.to_string())?;
+        config.bit_error_rate = self.bit_error_rate;
+        self.model.apply(&mut config);
+        Ok((config, machine.feed_plan(self.feeds as usize)))
+    }
+
     fn rig_config(&self) -> RigConfig {
         let marks = MarkConfig {
             repeat_mm: f64::from(self.repeat.unwrap_or(self.length)) / 10.0,
@@ -175,7 +212,7 @@ impl RunArgs {
 /// # Errors
 /// One sentence when something given was wrong; nothing has run then.
 pub fn run(args: &RunArgs) -> Result<bool, String> {
-    let plan = args.plan()?;
+    let (config, plan) = args.job()?;
     let trace = args.trace.as_deref().map(OutputFile::create).transpose()?;
     let picture = args.plot.as_deref().map(OutputFile::create).transpose()?;
     let mut signals = SignalTrace::new(args.signals.iter().copied(), args.interval);
@@ -184,15 +221,16 @@ pub fn run(args: &RunArgs) -> Result<bool, String> {
     } else {
         Observation::FeedsOnly
     };
-    let progress = progress_bar(args);
+    let progress = progress_bar(args, plan.series.iter().map(|(_, feeds)| *feeds as u64).sum());
     let feed_done = || progress.inc(1);
     let started = Instant::now();
     let (mut report, samples) = match &args.port {
         None if args.signals.is_empty() => {
-            run::simulated(&args.rig_config(), plan, observation, feed_done).map_err(|error| error.to_string())?
+            run::simulated(&config, plan, observation, feed_done).map_err(|error| error.to_string())?
         }
-        None => run::observed(&args.rig_config(), plan, observation, &mut signals, feed_done)
-            .map_err(|error| error.to_string())?,
+        None => {
+            run::observed(&config, plan, observation, &mut signals, feed_done).map_err(|error| error.to_string())?
+        }
         Some(port) => {
             let line = RealLine {
                 port: port.clone(),
@@ -261,11 +299,11 @@ fn print(args: &RunArgs, report: &RunReport) -> io::Result<()> {
 }
 
 /// A bar on a terminal, nothing elsewhere; it shows itself only when the run lasts.
-fn progress_bar(args: &RunArgs) -> ProgressBar {
+fn progress_bar(args: &RunArgs, feeds: u64) -> ProgressBar {
     if args.json || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
-    let bar = ProgressBar::new(u64::from(args.feeds) * args.modes().len() as u64);
+    let bar = ProgressBar::new(feeds);
     bar.set_style(
         ProgressStyle::with_template("{bar:40} {pos}/{len} feeds, {eta} left")
             .unwrap_or_else(|_| ProgressStyle::default_bar()),

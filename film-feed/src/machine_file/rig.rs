@@ -83,7 +83,7 @@ impl MachineFile {
             slave_address: self.controls.address,
             load_torque_nm: self.pull_torque_nm(),
             drive: DriveConfig {
-                axis: self.axis_params(),
+                axis: self.axis_params(seed),
                 codes: self.codes.clone(),
                 traverse: TraverseParameters {
                     target_window_e4: (self.positioning.target_window_mm * 1e4).round() as i32,
@@ -113,8 +113,8 @@ impl MachineFile {
         })
     }
 
-    /// Motor, mechanics, DC link and controllers of the drive model.
-    pub fn axis_params(&self) -> AxisParams {
+    /// Motor, mechanics, DC link and controllers of the drive model, with `seed` for the noise of its measurements.
+    pub fn axis_params(&self, seed: u64) -> AxisParams {
         let thresholds = LinkThresholds::from_c0173(self.codes.number(C0173, 0) as u8);
         AxisParams {
             motor: self.motor.pmsm(),
@@ -147,6 +147,7 @@ impl MachineFile {
                 device_i_max_a: self.drive.peak_current_a,
                 ..GainScaling::default()
             },
+            noise_seed: seed,
             n_plant_max: Rpm(self.codes.number(C0596, 0)),
             ..AxisParams::default()
         }
