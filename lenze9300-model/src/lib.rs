@@ -29,6 +29,7 @@
 //! assert!((Rpm::from_rad_s(axis.sample().omega_meas).0 - 1000.0).abs() < 2.0);
 //! ```
 
+pub mod access;
 mod axis;
 pub mod bus;
 pub mod code;

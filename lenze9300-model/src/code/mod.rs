@@ -17,7 +17,7 @@ pub mod table;
 pub use error::{CodeError, ErrorReply};
 pub use motor_list::{MOTOR_LIST, MotorEntry};
 pub(crate) use parameter_file::write_codes;
-pub use parameter_file::{read_code_table, read_parameter_file, write_parameter_file};
+pub use parameter_file::{read_code_table, read_parameter_file, read_parameter_settings, write_parameter_file};
 pub use reference::CodeReference;
 pub(crate) use store::FIRST_WIRED;
 pub use store::{CodeStore, Difference, Inhibit, WIRED_POSITIONS, WiredPosition, WriteEffect};

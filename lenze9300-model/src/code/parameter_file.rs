@@ -83,9 +83,48 @@ pub fn read_parameter_file(text: &str, codes: &mut CodeStore) -> Result<(), File
     Ok(())
 }
 
+/// Reads what a parameter file sets, in the order in which it must be written: the motor list first, because it resets other codes.
+/// Each value as code, subcode, raw.
+///
+/// # Errors
+///
+/// [`FileError`] with every mistake of the file, tried on a drive at its factory setting.
+///
+/// ```
+/// use lenze9300_model::code::read_parameter_settings;
+///
+/// let settings = read_parameter_settings("[codes]\nC0105 = 0.5\nC0086 = 108\n")?;
+/// assert_eq!(settings, [(86, 0, 108_0000), (105, 0, 5000)]);
+/// # Ok::<(), lenze9300_model::FileError>(())
+/// ```
+pub fn read_parameter_settings(text: &str) -> Result<Vec<(u16, u8, i32)>, FileError> {
+    Reader::read(text, |reader, file| {
+        let mut fields = Fields::of(file);
+        let mut settings = Vec::new();
+        if let Some(value) = fields.take("codes")
+            && let Some(table) = reader.table(value, "codes")
+        {
+            settings = settings_of(reader, table);
+            write_settings(reader, &settings, &mut CodeStore::factory());
+        }
+        fields.finish(reader);
+        Some(
+            settings
+                .iter()
+                .map(|setting| (setting.entry.number, setting.subcode, setting.raw))
+                .collect(),
+        )
+    })
+}
+
 /// Writes the codes of a table, given by their names as in a parameter file, into a store; for files that hold such a table among
 /// others. Each mistake is told to `reader`.
 pub fn read_code_table<'a>(reader: &mut Reader<'a>, table: &DeTable<'a>, codes: &mut CodeStore) {
+    let settings = settings_of(reader, table);
+    write_settings(reader, &settings, codes);
+}
+
+fn settings_of<'a>(reader: &mut Reader<'a>, table: &DeTable<'a>) -> Vec<Setting> {
     let mut settings: Vec<_> = table
         .iter()
         .filter_map(|(key, value)| setting(reader, key.get_ref(), key.span(), value))
@@ -95,6 +134,10 @@ pub fn read_code_table<'a>(reader: &mut Reader<'a>, table: &DeTable<'a>, codes: 
         Concern::MotorList => 0,
         _ => 1,
     });
+    settings
+}
+
+fn write_settings(reader: &mut Reader<'_>, settings: &[Setting], codes: &mut CodeStore) {
     for Setting {
         entry,
         subcode,
@@ -103,11 +146,11 @@ pub fn read_code_table<'a>(reader: &mut Reader<'a>, table: &DeTable<'a>, codes: 
     } in settings
     {
         // A motor datum that is as the list has it leaves the motor what it is.
-        if codes.read(entry.number, subcode) == Ok(raw) && entry.writable != Writable::Never {
+        if codes.read(entry.number, *subcode) == Ok(*raw) && entry.writable != Writable::Never {
             continue;
         }
-        if let Err(error) = codes.write(entry.number, subcode, raw, Inhibit::Active) {
-            reader.mistake(at, error.to_string());
+        if let Err(error) = codes.write(entry.number, *subcode, *raw, Inhibit::Active) {
+            reader.mistake(at.clone(), error.to_string());
         }
     }
 }

@@ -338,6 +338,13 @@ impl Program {
         self.records[number.index()].as_ref()
     }
 
+    /// The records that are programmed, with their numbers.
+    pub fn records(&self) -> impl Iterator<Item = (RecordNumber, &Record)> {
+        (1..=RecordNumber::MAX)
+            .filter_map(RecordNumber::new)
+            .filter_map(|number| self.record(number).map(|record| (number, record)))
+    }
+
     fn check(&self, number: RecordNumber, record: &Record) -> Result<(), ProgramError> {
         let in_record = number.get();
         for successor in record.successors() {

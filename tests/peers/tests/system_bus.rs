@@ -1,5 +1,5 @@
-//! The served drive on a real SocketCAN interface: `cansend` and `candump` of can-utils, and the Python package `canopen`, against
-//! it; the interface goes down, is removed, and comes back.
+//! The served drive on a real SocketCAN interface: our own tool, `cansend` and `candump` of can-utils, and the Python package `canopen`
+//! against it; the interface goes down, is removed, and comes back.
 //!
 //! Runs where `WITH_VCAN` is set (a vcan module, `ip`, the right to make interfaces); with `REQUIRE_VCAN=1` its absence is a failure.
 //! Source of every octet: 9300 fact sheet, section 5.
@@ -153,6 +153,41 @@ fn cansend_and_candump_meet_the_octets_of_the_manual() {
     expect(&dump.out, "286#");
     cansend(interface.0, "080#");
     expect(&dump.out, "185#");
+}
+
+#[test]
+fn our_own_tool_commissions_the_drive() {
+    if !has_bus("our_own_tool_commissions_the_drive") {
+        return;
+    }
+    let interface = Interface::new("vcan14");
+    let drive = Process::drive(interface.0, 2);
+    let tool = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_lenze9300-for-peers"))
+            .args(arguments)
+            .args(["--can", interface.0, "--node", "2"])
+            .output()
+            .unwrap();
+        let [out, errors] = [output.stdout, output.stderr].map(|octets| String::from_utf8(octets).unwrap());
+        (output.status.code(), out, errors)
+    };
+    let (code, _, errors) = tool(&["param", "write", "C0012=20", "C1301/40=987.5"]);
+    assert_eq!(code, Some(0), "{errors}");
+    let (code, out, errors) = tool(&["param", "read", "C0012", "C1301/40", "--channel", "2"]);
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(out.contains("20.00") && out.contains("987.5000 units"), "{out}");
+    let (code, out, errors) = tool(&["monitor", "--once"]);
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(out.contains("fault: none"), "{out}");
+    // Down: the tool says so at once, the drive waits.
+    ip_link("set vcan14 down");
+    let (code, _, errors) = tool(&["param", "read", "C0012"]);
+    assert_eq!(code, Some(2));
+    assert!(errors.contains("vcan14 is down: ip link set vcan14 up"), "{errors}");
+    ip_link("set vcan14 up");
+    expect(&drive.errors, "vcan14 is back");
+    let (code, _, errors) = tool(&["param", "read", "C0012"]);
+    assert_eq!(code, Some(0), "{errors}");
 }
 
 #[test]

@@ -2,14 +2,19 @@
 
 mod bode;
 mod loop_args;
+mod monitor;
 mod operator;
+mod param;
+mod program;
 mod reader;
+mod scope;
 mod scope_orders;
 mod serve;
 mod signals;
 mod state;
 mod step;
 mod system_bus;
+mod way;
 
 use std::process::ExitCode;
 
@@ -28,6 +33,14 @@ struct Cli {
 enum Command {
     /// Answer a DP master on a serial line or a pseudo-terminal, and clients on the CAN system bus, in real time.
     Serve(serve::ServeArgs),
+    /// Read, write, list, save, load and compare the codes of a drive, over CAN, PROFIBUS DP-V1 or in a file.
+    Param(param::ParamArgs),
+    /// Show state, fault and values of a running drive.
+    Monitor(monitor::MonitorArgs),
+    /// Record values of a running drive into a file.
+    Scope(scope::ScopeArgs),
+    /// Check a traversing program, or bring its codes into a drive.
+    Program(program::ProgramArgs),
     /// List the signals that can be recorded, with unit and meaning.
     Signals(signals::SignalsArgs),
     /// Let a control loop answer a small step of its set-value: rise, overshoot, settling, margins.
@@ -72,6 +85,10 @@ fn main() -> ExitCode {
             Ok(never) => match never {},
             Err(sentence) => fail(&sentence),
         },
+        Command::Param(args) => end(param::param(&args)),
+        Command::Monitor(args) => end(monitor::monitor(&args)),
+        Command::Scope(args) => end(scope::scope(&args)),
+        Command::Program(args) => end(program::program(&args)),
         Command::Signals(args) => match signals::signals(&args) {
             Ok(()) => ExitCode::SUCCESS,
             Err(sentence) => fail(&sentence),
@@ -83,7 +100,9 @@ fn main() -> ExitCode {
 
 /// The subcommand that was typed, with a space behind it; empty when there was none.
 fn subcommand() -> String {
-    let known = ["serve", "signals", "step", "bode"];
+    let known = [
+        "serve", "param", "monitor", "scope", "program", "signals", "step", "bode",
+    ];
     let typed = std::env::args().nth(1).unwrap_or_default();
     known
         .iter()
@@ -99,6 +118,15 @@ fn finish(outcome: Result<loop_args::Verdict, String>) -> ExitCode {
             eprintln!("lenze9300: the loop is unstable with these gains; lower the gain or raise the integral time");
             ExitCode::from(NOT_DONE)
         }
+        Err(sentence) => fail(&sentence),
+    }
+}
+
+/// The exit code of a job at a drive.
+fn end(outcome: Result<param::Done, String>) -> ExitCode {
+    match outcome {
+        Ok(param::Done::Yes) => ExitCode::SUCCESS,
+        Ok(param::Done::No) => ExitCode::from(NOT_DONE),
         Err(sentence) => fail(&sentence),
     }
 }
