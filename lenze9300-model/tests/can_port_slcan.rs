@@ -103,7 +103,14 @@ fn a_pseudo_terminal_serves_as_well() {
     let name: CanPortName = format!("slcan:{}@1000", far.name().unwrap()).parse().unwrap();
     near.set_timeout(Duration::from_secs(2)).unwrap();
     drop(far);
-    let played = thread::spawn(move || adapter(near, None, answer_c0061));
+    let played = thread::spawn(move || {
+        // A read hangs up as long as nobody has the far end open.
+        let begun = Instant::now();
+        while near.bytes_to_read().unwrap_or(0) == 0 && begun.elapsed() < Duration::from_secs(5) {
+            thread::sleep(Duration::from_millis(2));
+        }
+        adapter(near, None, answer_c0061)
+    });
     let mut port = open(&name).unwrap();
     exchange(&mut port);
     drop(port);
