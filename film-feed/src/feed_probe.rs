@@ -35,6 +35,7 @@ pub struct FeedProbe {
     peak_rpm: f64,
     peak_torque_nm: f64,
     current_square_sum: f64,
+    peak_current_square: f64,
     ticks: u64,
     max_following_error_mm: f64,
     no_mark_found: bool,
@@ -61,7 +62,9 @@ impl FeedProbe {
         self.deepest_retreat_mm = self.deepest_retreat_mm.max(self.highest_mm - reading.film_mm);
         self.peak_rpm = self.peak_rpm.max(reading.rpm.abs());
         self.peak_torque_nm = self.peak_torque_nm.max(reading.torque_nm.abs());
-        self.current_square_sum += reading.current_a_peak * reading.current_a_peak;
+        let square = reading.current_a_peak * reading.current_a_peak;
+        self.current_square_sum += square;
+        self.peak_current_square = self.peak_current_square.max(square);
         self.ticks += 1;
         self.max_following_error_mm = self.max_following_error_mm.max(reading.following_error_mm.abs());
     }
@@ -109,6 +112,7 @@ impl FeedProbe {
             peak_rpm: Some(self.peak_rpm),
             peak_torque_nm: Some(self.peak_torque_nm),
             rms_current_a: Some(self.rms_current_a()),
+            peak_current_a: Some((self.peak_current_square / 2.0).sqrt()),
             max_following_error_mm: Some(self.max_following_error_mm),
             reversed: self.deepest_retreat_mm > TOLERANCE_MM,
         }

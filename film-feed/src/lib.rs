@@ -10,6 +10,7 @@
 //! - [`block`]: the PLC function block "FB Folienvorzug", and [`plc`], its view of the periphery;
 //! - [`operator`]: works the block's inputs as a person would; [`parameter_watch`]: what the block never looks at;
 //! - [`run`]: a whole run with its [`report`]; [`real_line`]: the same against a real drive;
+//! - [`sweep`]: many machines at once;
 //! - [`scope`] and [`plot`]: the oscilloscope; [`replay`]: the block alone, in JSON lines;
 //! - [`cli`]: the commands of the program.
 //!
@@ -45,4 +46,5 @@ pub mod run;
 pub mod scope;
 pub mod signal_trace;
 pub mod size;
+pub mod sweep;
 mod toml_section;

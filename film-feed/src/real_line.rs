@@ -199,6 +199,7 @@ fn seen_from_the_bus(n: usize, mode: FeedMode, length_mm: f64, outputs: &Outputs
         peak_rpm: None,
         peak_torque_nm: None,
         rms_current_a: None,
+        peak_current_a: None,
         max_following_error_mm: None,
         reversed: false,
     }

@@ -65,6 +65,8 @@ pub struct FeedReport {
     pub peak_torque_nm: Option<f64>,
     /// Motor current over the feed, A rms.
     pub rms_current_a: Option<f64>,
+    /// Highest motor current, A rms: its peak value by √2, as C0054 shows it.
+    pub peak_current_a: Option<f64>,
     /// Largest distance between position set-value and actual value, mm of film.
     pub max_following_error_mm: Option<f64>,
     /// Whether the film ran backwards by more than the tolerance.
@@ -392,6 +394,7 @@ mod tests {
             peak_rpm: None,
             peak_torque_nm: None,
             rms_current_a: None,
+            peak_current_a: None,
             max_following_error_mm: None,
             reversed: false,
         }
@@ -429,6 +432,7 @@ mod tests {
             "peak_rpm",
             "peak_torque_nm",
             "rms_current_a",
+            "peak_current_a",
             "max_following_error_mm",
             "reversed",
         ]

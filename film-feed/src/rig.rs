@@ -15,7 +15,7 @@ use thiserror::Error;
 
 use crate::block::{FilmFeedBlock, Inputs, Outputs};
 use crate::bus_config;
-use crate::machine::{Film, FilmConfig, MarkConfig};
+use crate::machine::{Film, FilmConfig, MarkConfig, ReaderDelay, ReaderParams};
 use crate::parameter_watch::{self, ParameterWatch};
 use crate::plc::{DpPeriphery, IMAGE};
 
@@ -50,6 +50,8 @@ pub struct RigConfig {
     pub module: Emf2133Config,
     /// The machine.
     pub film: FilmConfig,
+    /// The print-mark reader.
+    pub reader: ReaderParams,
 }
 
 impl Default for RigConfig {
@@ -67,6 +69,7 @@ impl Default for RigConfig {
             drive: DriveConfig::default(),
             module: Emf2133Config::default(),
             film: FilmConfig::default(),
+            reader: ReaderParams::default(),
         }
     }
 }
@@ -84,6 +87,8 @@ pub struct Rig {
     module: Emf2133,
     drive: Drive,
     film: Film,
+    /// `None`: the output switches with the mark.
+    reader: Option<ReaderDelay>,
     block: FilmFeedBlock,
     inputs: Inputs,
     pzd_address: u16,
@@ -175,6 +180,8 @@ impl Rig {
             module,
             drive,
             film,
+            reader: (config.reader.delay_us > 0.0 || config.reader.jitter_us > 0.0)
+                .then(|| ReaderDelay::new(config.reader)),
             block: FilmFeedBlock::new(),
             inputs: Inputs {
                 pzd_adr: config.pzd_address,
@@ -267,8 +274,23 @@ impl Rig {
         }
         self.ticks += 1;
         let shaft = self.drive.tick();
-        if let Some(edge) = self.film.follow(&shaft) {
-            self.drive.edge_e1(&shaft, edge.fraction, edge.level);
+        let edge = self.film.follow(&shaft);
+        match &mut self.reader {
+            None => {
+                if let Some(edge) = edge {
+                    self.drive.edge_e1(&shaft, edge.fraction, edge.level);
+                }
+            }
+            Some(reader) => {
+                let (end_ns, tick_ns) = (self.now.as_nanos() as f64, self.tick.as_nanos() as f64);
+                let start_ns = end_ns - tick_ns;
+                if let Some(edge) = edge {
+                    reader.push(start_ns + edge.fraction * tick_ns, edge.level);
+                }
+                while let Some((at_ns, level)) = reader.pop(end_ns) {
+                    self.drive.edge_e1(&shaft, (at_ns - start_ns) / tick_ns, level);
+                }
+            }
         }
         if self.film.tension_n().is_some() {
             self.drive.set_film_torque(self.film.torque_at_motor_nm());

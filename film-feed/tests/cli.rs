@@ -95,7 +95,7 @@ fn json(output: &Output) -> Value {
 /// The keys of the contract, in its order.
 const REPORT_KEYS: [&str; 6] = ["feeds", "bus", "simulated_s", "wall_s", "speedup", "ok"];
 const BUS_KEYS: [&str; 5] = ["baud", "cycle_us", "telegrams", "retries", "rejected"];
-const FEED_KEYS: [&str; 15] = [
+const FEED_KEYS: [&str; 16] = [
     "n",
     "mode",
     "commanded_mm",
@@ -109,6 +109,7 @@ const FEED_KEYS: [&str; 15] = [
     "peak_rpm",
     "peak_torque_nm",
     "rms_current_a",
+    "peak_current_a",
     "max_following_error_mm",
     "reversed",
 ];

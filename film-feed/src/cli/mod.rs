@@ -7,6 +7,7 @@ mod output_file;
 pub mod replay;
 pub mod run;
 pub mod size;
+pub mod sweep;
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -37,6 +38,8 @@ enum Command {
     Budget(budget::BudgetArgs),
     /// Run the block alone on recorded images, one JSON line a PLC cycle.
     Replay(replay::ReplayArgs),
+    /// Run many machines at once, each with other values, and tell what becomes of their feeds.
+    Sweep(sweep::SweepArgs),
 }
 
 /// The job was done.
@@ -61,6 +64,7 @@ fn dispatch() -> u8 {
         Some(Command::Run(args)) => run::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Size(args)) => size::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Budget(args)) => budget::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
+        Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Replay(args)) => replay::run(args)
             .map(|()| true)
             .map_err(|error| (error.exit_code(), error.to_string())),

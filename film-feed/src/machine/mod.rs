@@ -5,8 +5,11 @@
 
 mod film;
 mod marks;
+mod reader;
 mod web;
 
 pub use film::{Edge, Film, FilmConfig, RESIDUAL_PATH_MM, Roller};
 pub use marks::{MarkConfig, Marks, Missing};
+pub(crate) use reader::ReaderDelay;
+pub use reader::ReaderParams;
 pub use web::WebParams;

@@ -225,9 +225,9 @@ pub struct PrintMarks {
     pub tolerance_mm: f64,
     /// Length of a mark, mm, 0.1…200 (5).
     pub width_mm: f64,
-    /// Delay of the reader, µs, 0…10⁵ (0). Counted by the error budget; the reader of a run has none.
+    /// Delay of the reader, µs, 0…10⁵ (0).
     pub reader_delay_us: f64,
-    /// Half width of the scatter of that delay, µs, 0…10⁵ (0); as `reader_delay_us`.
+    /// Half width of the scatter of that delay, µs, 0…10⁵ (0).
     pub reader_jitter_us: f64,
 }
 

@@ -11,7 +11,7 @@ use lenze9300_model::{AxisParams, ControllerCodes, GainScaling};
 use thiserror::Error;
 
 use super::MachineFile;
-use crate::machine::{FilmConfig, MarkConfig, Roller};
+use crate::machine::{FilmConfig, MarkConfig, ReaderParams, Roller};
 use crate::operator::FeedPlan;
 use crate::rig::RigConfig;
 
@@ -63,7 +63,7 @@ impl MachineFile {
     /// The whole chain, with `seed` for everything random.
     ///
     /// Play of the gear is taken over when its stiffness is given. Not taken over, because the chain knows it otherwise or not at all: the
-    /// gear's efficiency and error, the film's stretch, the reader's delay.
+    /// gear's efficiency and error, the film's stretch.
     ///
     /// # Errors
     /// [`NotRunnable`] when the modelled drive cannot be set up so.
@@ -108,6 +108,11 @@ impl MachineFile {
                     ..MarkConfig::default()
                 },
                 ..FilmConfig::default()
+            },
+            reader: ReaderParams {
+                delay_us: self.marks.reader_delay_us,
+                jitter_us: self.marks.reader_jitter_us,
+                seed,
             },
             ..RigConfig::default()
         })

@@ -3,6 +3,7 @@
 mod budget;
 mod machine_file;
 mod size;
+mod sweep;
 
 use film_feed::catalogue::Catalogue;
 use film_feed::machine_file::MachineFile;
