@@ -151,7 +151,7 @@ pub fn gear_ratio(machine: &MachineFile, sizing: &Sizing) -> Result<String, Plot
     // Per angular acceleration of the roller, the torque at the motor is J_motor·i + J_load/i.
     let accel_rad_s2 = machine.feed.acceleration_mm_s2 / (0.5 * mechanics.roller_diameter_mm);
     let torque_nm = |i: f64| (j_motor * i + mechanics.load_inertia_kg_m2 / i) * accel_rad_s2;
-    let (from, to) = (0.3 * ratio.min(optimum), 2.5 * ratio.max(optimum));
+    let (from, to) = (0.3 * ratio.min(optimum).max(0.1 * ratio), 2.5 * ratio.max(optimum));
     let curve: Vec<_> = (0..=300)
         .map(|step| from + f64::from(step) / 300.0 * (to - from))
         .map(|i| (i, torque_nm(i)))

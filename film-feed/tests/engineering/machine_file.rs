@@ -201,3 +201,43 @@ fn a_drive_larger_than_the_modelled_one_can_be_sized_and_not_run() {
         }
     );
 }
+
+#[test]
+fn the_documentation_has_every_key_and_no_other() {
+    let documentation = include_str!("../../../docs/machine-file.md");
+    let tables = [
+        "mechanics",
+        "feed",
+        "film",
+        "marks",
+        "motor",
+        "drive",
+        "positioning",
+        "mains",
+        "brake",
+        "plc",
+        "bus",
+    ];
+    // A key that nobody knows makes the reader list those it does.
+    let text: String = tables.map(|table| format!("[{table}]\nnobody_knows = 1\n")).concat();
+    let error = MachineFile::read(&format!("nobody_knows = 1\n{text}"), &Catalogue::built_in()).unwrap_err();
+    let mut known: Vec<&str> = error
+        .mistakes
+        .iter()
+        .filter_map(|mistake| mistake.what.split_once("allowed are "))
+        .flat_map(|(_, keys)| keys.split(", "))
+        .filter(|key| !tables.contains(key) && *key != "codes")
+        .collect();
+    known.sort_unstable();
+    known.dedup();
+    let mut documented: Vec<&str> = documentation
+        .lines()
+        .filter(|line| line.starts_with("| `"))
+        .filter_map(|line| line.split('|').nth(1))
+        .flat_map(|cell| cell.split(','))
+        .map(|key| key.trim().trim_matches('`'))
+        .collect();
+    documented.sort_unstable();
+    documented.dedup();
+    assert_eq!(documented, known);
+}

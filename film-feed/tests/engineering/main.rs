@@ -2,6 +2,7 @@
 
 mod budget;
 mod machine_file;
+mod robust;
 mod size;
 mod sweep;
 

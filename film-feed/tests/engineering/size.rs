@@ -1,8 +1,11 @@
 //! Sizing against calculation by hand, published examples and runs of the model.
 
 use film_feed::machine_file::MachineFile;
+use film_feed::operator::Operator;
+use film_feed::rig::{Rig, TickView};
 use film_feed::run::{Observation, simulated};
 use film_feed::size::{LoadCycle, Sizing, TorqueLimits, Verdict};
+use lenze9300_model::plant::Thermal;
 use proptest::prelude::*;
 
 use crate::{THESIS, changed, machine};
@@ -234,6 +237,70 @@ fn the_model_draws_what_was_sized() {
             "{sized_a} {found_a} {pressing_a}"
         );
     }
+}
+
+/// Currents and C0064 over 200 s of feeds; the temperatures from the lags of winding and heat sink themselves, which take an hour.
+#[test]
+fn the_model_warms_up_to_what_was_sized() {
+    // A heavier load than the thesis', so that the share of friction pressed against at rest is small: 0.46 Nm while accelerating.
+    let machine = changed(&[
+        ("load_inertia_kg_m2 = 32.536e-4", "load_inertia_kg_m2 = 330e-4"),
+        ("\"C0011\" = 3000", "C0011 = 3000\nC0070 = 38"),
+    ]);
+    let sizing = Sizing::of(&machine);
+    assert!(sizing.ok(), "{sizing}");
+    let mut rig = Rig::new(&machine.rig_config(1).unwrap()).unwrap();
+    let mut operator = Operator::new(machine.feed_plan(70), 0);
+    let (mut ticks, mut squares) = (0.0, 0.0);
+    while rig.now_ns() < 205_000_000_000 {
+        rig.advance_to_plc_cycle(&mut |view: &mut TickView<'_>| {
+            let amperes = view.drive.axis().sample().current_rms();
+            if view.now_ns > 10_000_000_000 {
+                ticks += 1.0;
+                squares += amperes * amperes;
+            }
+        });
+        let (now_ns, outputs, rounds) = (rig.now_ns(), *rig.outputs(), rig.parameter_watch().rounds());
+        operator.scan(now_ns, &outputs, rounds, rig.inputs_mut());
+        rig.plc_cycle();
+    }
+    assert_near(
+        "RMS current",
+        f64::sqrt(squares / ticks),
+        value(&sizing, "rms_current_motor"),
+        0.03,
+    );
+    // C0064, mean of the last 180 s. At rest the loop presses against the static friction with up to 0.05 Nm, half of the time.
+    let utilisation = rig.drive().codes().number(64, 0);
+    let (sized, pressing) = (
+        value(&sizing, "drive_utilisation"),
+        100.0 * 0.5 * 0.05 * 0.9 / 0.7 / (1.05 * 2.5),
+    );
+    assert!(
+        utilisation > sized && utilisation < sized + pressing,
+        "{utilisation} {sized} {pressing}"
+    );
+    // The temperatures where the model's lags lead to with that current for ever.
+    let mut thermal = Thermal::new(&machine.thermal_params(), &machine.motor.pmsm(), 1.0);
+    for _ in 0..20_000 {
+        thermal.advance(value(&sizing, "rms_current_motor"));
+    }
+    assert_near(
+        "winding",
+        thermal.motor_c(),
+        value(&sizing, "winding_temperature"),
+        1e-3,
+    );
+    let mut thermal = Thermal::new(&machine.thermal_params(), &machine.motor.pmsm(), 1.0);
+    for _ in 0..20_000 {
+        thermal.advance(value(&sizing, "drive_utilisation") / 100.0 * 1.05 * 2.5);
+    }
+    assert_near(
+        "heat sink",
+        thermal.heat_sink_c(),
+        value(&sizing, "heat_sink_temperature"),
+        1e-3,
+    );
 }
 
 /// A heavy, slow axis whose braking the link cannot take.
