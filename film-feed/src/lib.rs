@@ -10,7 +10,7 @@
 //! - [`block`]: the PLC function block "FB Folienvorzug", and [`plc`], its view of the periphery;
 //! - [`operator`]: works the block's inputs as a person would; [`parameter_watch`]: what the block never looks at;
 //! - [`run`]: a whole run with its [`report`]; [`real_line`]: the same against a real drive;
-//! - [`sweep`]: many machines at once;
+//! - [`sweep`]: many machines at once; [`fit`]: what a trace tells of its axis;
 //! - [`scope`] and [`plot`]: the oscilloscope; [`replay`]: the block alone, in JSON lines;
 //! - [`cli`]: the commands of the program.
 //!
@@ -32,6 +32,7 @@ pub mod bus_config;
 pub mod catalogue;
 pub mod cli;
 pub mod feed_probe;
+pub mod fit;
 pub mod machine;
 pub mod machine_file;
 pub mod operator;

@@ -130,6 +130,9 @@ struct Recorder {
     /// Number of the feed under way; 0 between feeds.
     feed: usize,
     samples: Vec<Sample>,
+    /// Torque of the ticks of this millisecond.
+    torque_sum_nm: f64,
+    torque_ticks: u32,
 }
 
 impl Recorder {
@@ -139,6 +142,8 @@ impl Recorder {
             probe: FeedProbe::default(),
             feed: 0,
             samples: Vec::new(),
+            torque_sum_nm: 0.0,
+            torque_ticks: 0,
         }
     }
 
@@ -162,6 +167,8 @@ impl TickObserver for Recorder {
             return;
         }
         let axis = view.drive.axis().sample();
+        self.torque_sum_nm += axis.torque;
+        self.torque_ticks += 1;
         if self.feed != 0 {
             self.probe.tick(&Reading {
                 film_mm: view.film.position_mm(),
@@ -177,6 +184,7 @@ impl TickObserver for Recorder {
             if self.observation == Observation::Samples {
                 self.samples.push(self.sample(view));
             }
+            (self.torque_sum_nm, self.torque_ticks) = (0.0, 0);
         }
     }
 }
@@ -195,7 +203,9 @@ impl Recorder {
             film_mm: view.film.position_mm(),
             speed_set_rpm: setpoint.velocity * 1000.0 * 60.0 / INC_PER_REV as f64,
             speed_act_rpm: Rpm::from_rad_s(axis.omega_true).0,
+            speed_demand_rpm: Rpm::from_rad_s(view.drive.speed_set_value()).0,
             torque_nm: axis.torque,
+            torque_mean_nm: self.torque_sum_nm / self.torque_ticks.max(1) as f64,
             current_a_rms: axis.i_q * std::f64::consts::FRAC_1_SQRT_2,
             dc_link_v: axis.u_dc,
             control_word: view.module.control_word().0,

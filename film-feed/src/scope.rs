@@ -25,8 +25,12 @@ pub struct Sample {
     pub speed_set_rpm: f64,
     /// Motor speed (MCTRL-NACT before its filter), 1/min.
     pub speed_act_rpm: f64,
+    /// Speed set-value of the position controller (MCTRL-NSET2), 1/min at the motor.
+    pub speed_demand_rpm: f64,
     /// Air-gap torque, Nm.
     pub torque_nm: f64,
+    /// Mean of the air-gap torque over the millisecond, Nm: without the ripple that its samples always meet at the same place.
+    pub torque_mean_nm: f64,
     /// Torque-forming current, A rms.
     pub current_a_rms: f64,
     /// DC-link voltage, V.
@@ -38,7 +42,7 @@ pub struct Sample {
 }
 
 /// Column names of the CSV file, in the order of [`Sample::write_csv`].
-const COLUMNS: [&str; 13] = [
+const COLUMNS: [&str; 15] = [
     "time_s",
     "feed",
     "record",
@@ -47,7 +51,9 @@ const COLUMNS: [&str; 13] = [
     "film_mm",
     "pos_nout_rpm",
     "mctrl_nact_rpm",
+    "mctrl_nset2_rpm",
     "torque_nm",
+    "torque_mean_nm",
     "current_a_rms",
     "dc_link_v",
     "control_word",
@@ -65,7 +71,9 @@ impl Sample {
             self.film_mm,
             self.speed_set_rpm,
             self.speed_act_rpm,
+            self.speed_demand_rpm,
             self.torque_nm,
+            self.torque_mean_nm,
             self.current_a_rms,
             self.dc_link_v,
             f64::from(self.control_word),
@@ -76,7 +84,7 @@ impl Sample {
     fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
         writeln!(
             out,
-            "{:.6},{},{},{:.6},{:.6},{:.6},{:.4},{:.4},{:.6},{:.6},{:.3},0x{:04X},0x{:04X}",
+            "{:.6},{},{},{:.6},{:.6},{:.6},{:.4},{:.4},{:.4},{:.6},{:.6},{:.6},{:.3},0x{:04X},0x{:04X}",
             self.time_s,
             self.feed,
             self.record,
@@ -85,7 +93,9 @@ impl Sample {
             self.film_mm,
             self.speed_set_rpm,
             self.speed_act_rpm,
+            self.speed_demand_rpm,
             self.torque_nm,
+            self.torque_mean_nm,
             self.current_a_rms,
             self.dc_link_v,
             self.control_word,

@@ -378,11 +378,11 @@ fn a_trace_has_its_named_columns_and_a_row_per_millisecond() {
 
     let csv = std::fs::read_to_string(&trace).unwrap();
     let mut lines = csv.lines();
-    let columns = "time_s,feed,record,pos_setp_mm,pos_act_mm,film_mm,pos_nout_rpm,mctrl_nact_rpm,torque_nm,\
-                   current_a_rms,dc_link_v,control_word,status_word";
+    let columns = "time_s,feed,record,pos_setp_mm,pos_act_mm,film_mm,pos_nout_rpm,mctrl_nact_rpm,mctrl_nset2_rpm,\
+                   torque_nm,torque_mean_nm,current_a_rms,dc_link_v,control_word,status_word";
     assert_eq!(lines.next(), Some(columns));
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
-    assert!(rows.iter().all(|row| row.len() == 13));
+    assert!(rows.iter().all(|row| row.len() == 15));
     let ms = |row: &[&str]| (row[0].parse::<f64>().unwrap() * 1000.0).round() as u64;
     assert!(rows.windows(2).all(|pair| ms(&pair[1]) == ms(&pair[0]) + 1));
     let report = json(&output);
@@ -402,7 +402,7 @@ fn a_trace_has_its_named_columns_and_a_row_per_millisecond() {
     }
     // Enabled and running: 0x4237 with set-value not reached (fact sheet, section 2.2; bit 14 RUNNING).
     assert!(
-        rows.iter().any(|row| row[12] == "0x4237"),
+        rows.iter().any(|row| row[14] == "0x4237"),
         "no row shows a running drive"
     );
 

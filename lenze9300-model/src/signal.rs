@@ -24,6 +24,8 @@ pub enum Signal {
     MctrlNact,
     /// Motor speed as the controllers see it, 1/min.
     Speed,
+    /// Speed set-value of the position controller, % of C0011 (C0050).
+    MctrlNset2,
     /// Torque set-value, % of C0057.
     MctrlMset2,
     /// Torque in the air gap, Nm.
@@ -56,13 +58,14 @@ struct Row {
 
 impl Signal {
     /// All of them.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::PosSetp,
         Self::PosAct,
         Self::FollowingError,
         Self::PosNout,
         Self::MctrlNact,
         Self::Speed,
+        Self::MctrlNset2,
         Self::MctrlMset2,
         Self::Torque,
         Self::Current,
@@ -84,6 +87,7 @@ impl Signal {
             Self::PosNout => ("POS-NOUT", "%", "speed of the interpolator, of C0011"),
             Self::MctrlNact => ("MCTRL-NACT", "%", "motor speed, filtered, of C0011"),
             Self::Speed => ("N-ACT", "1/min", "motor speed"),
+            Self::MctrlNset2 => ("MCTRL-NSET2", "%", "speed set-value, of C0011"),
             Self::MctrlMset2 => ("MCTRL-MSET2", "%", "torque set-value, of C0057"),
             Self::Torque => ("M-ACT", "Nm", "torque in the air gap"),
             Self::Current => ("I-ACT", "A", "motor current"),
@@ -129,6 +133,7 @@ impl Signal {
             }
             Self::MctrlNact => 100.0 * sample.omega_filtered / full_rad_s,
             Self::Speed => Rpm::from_rad_s(sample.omega_meas).0,
+            Self::MctrlNset2 => 100.0 * drive.speed_set_value() / full_rad_s,
             Self::MctrlMset2 => 100.0 * sample.torque_ref / params.torque_max_nm(),
             Self::Torque => sample.torque,
             Self::Current => sample.current_rms(),

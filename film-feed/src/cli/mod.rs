@@ -1,6 +1,7 @@
 //! The command line: what a person types, checked before anything moves.
 
 pub mod budget;
+pub mod fit;
 mod machine;
 mod model;
 mod output_file;
@@ -36,6 +37,8 @@ enum Command {
     Size(size::SizeArgs),
     /// Split the error of a feed into its parts; exit code 1 when the tolerance is not held.
     Budget(budget::BudgetArgs),
+    /// Tell inertia, friction and velocity gain of an axis from a recorded feed.
+    Fit(fit::FitArgs),
     /// Run the block alone on recorded images, one JSON line a PLC cycle.
     Replay(replay::ReplayArgs),
     /// Run many machines at once, each with other values, and tell what becomes of their feeds.
@@ -64,6 +67,7 @@ fn dispatch() -> u8 {
         Some(Command::Run(args)) => run::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Size(args)) => size::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Budget(args)) => budget::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
+        Some(Command::Fit(args)) => fit::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Replay(args)) => replay::run(args)
             .map(|()| true)

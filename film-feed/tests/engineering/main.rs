@@ -1,6 +1,7 @@
 //! MACHINE.toml and what is reckoned from it.
 
 mod budget;
+mod fit;
 mod machine_file;
 mod robust;
 mod size;

@@ -721,6 +721,16 @@ impl Drive {
         self.following_error
     }
 
+    /// Speed set-value that the position controller gave the speed controller in the last 1 ms task (MCTRL-NSET2, C0050), rad/s at the
+    /// motor; 0 while inhibited.
+    #[doc(alias = "Drehzahlsollwert")]
+    pub fn speed_set_value(&self) -> f64 {
+        match self.command {
+            AxisCommand::Speed { omega_ref, .. } => omega_ref,
+            AxisCommand::Torque { .. } | AxisCommand::Inhibited => 0.0,
+        }
+    }
+
     /// Actual position from the reference, increments.
     #[doc(alias = "Lageistwert")]
     pub fn position(&self) -> i64 {
@@ -813,10 +823,7 @@ impl Drive {
         let sample = *self.axis.sample();
         let status = self.status();
         let params = self.axis.params();
-        let speed_reference = match self.command {
-            AxisCommand::Speed { omega_ref, .. } => omega_ref,
-            AxisCommand::Torque { .. } | AxisCommand::Inhibited => 0.0,
-        };
+        let speed_reference = self.speed_set_value();
         let torque_max_nm = params.torque_max_nm();
         let pole_pairs = 60.0 * self.codes.number(C0089, 0) / self.codes.number(C0087, 0);
         let halves = status.position as u32;
