@@ -732,7 +732,27 @@ fn size_tells_by_its_exit_code_whether_the_axis_is_large_enough() {
     let last = text(&output.stdout).trim_end().lines().last().unwrap_or_default();
     assert_eq!(
         last,
-        "2 of 25 checks failed: torque in acceleration at 2815 1/min; greatest current, against C0022."
+        "2 of 26 checks failed: torque in acceleration at 2815 1/min; greatest current, against C0022."
+    );
+}
+
+#[test]
+fn size_lists_candidates_and_finds_the_gears_that_are_too_fast() {
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples/machine.toml");
+    let output = film_feed(&["size", example, "--candidates", "--gears", "7,12", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let selection: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let of = |which: usize, key: &str| selection["candidates"][which][key].clone();
+    assert_eq!((of(0, "ok"), of(1, "ok")), (Value::Bool(true), Value::Bool(false)));
+    assert_eq!(of(1, "failed"), serde_json::json!(["motor_speed"]));
+    let output = film_feed(&["size", example, "--candidates", "--gears", "12"]);
+    assert_eq!(output.status.code(), Some(1));
+    let output = film_feed(&["size", example, "--candidates", "--gears", "0:1"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        text(&output.stderr).contains("a gear is written as 7 or 7:2"),
+        "{}",
+        text(&output.stderr)
     );
 }
 

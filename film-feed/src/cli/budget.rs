@@ -20,7 +20,7 @@ pub struct BudgetArgs {
 /// # Errors
 /// What was wrong with what was given.
 pub fn run(args: &BudgetArgs) -> Result<bool, String> {
-    let budget = Budget::of(&args.machine.read()?);
+    let budget = Budget::of(&args.machine.read()?.0);
     super::print(args.json, &budget)?;
     Ok(budget.ok)
 }

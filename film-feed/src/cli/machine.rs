@@ -20,25 +20,27 @@ pub(super) struct MachineArgs {
 }
 
 impl MachineArgs {
-    /// Reads the machine, see [`read`].
+    /// Reads the machine and the catalogue, see [`read`].
     ///
     /// # Errors
     /// As [`read`].
-    pub(super) fn read(&self) -> Result<MachineFile, String> {
+    pub(super) fn read(&self) -> Result<(MachineFile, Catalogue), String> {
         read(&self.machine, &self.catalogue)
     }
 }
 
-/// Reads a machine whose devices may stand in the built-in catalogue or in further ones.
+/// Reads a machine, and the catalogue that it was read with; its devices
+/// may stand in the built-in one or in further ones.
 ///
 /// # Errors
 /// One sentence for a file that cannot be read, or one a line for each mistake in it.
-pub(super) fn read(machine: &Path, catalogues: &[PathBuf]) -> Result<MachineFile, String> {
+pub(super) fn read(machine: &Path, catalogues: &[PathBuf]) -> Result<(MachineFile, Catalogue), String> {
     let mut catalogue = Catalogue::built_in();
     for path in catalogues {
         catalogue.add(Catalogue::read(&text(path)?).map_err(|error| told(path, &error))?);
     }
-    MachineFile::read(&text(machine)?, &catalogue).map_err(|error| told(machine, &error))
+    let file = MachineFile::read(&text(machine)?, &catalogue).map_err(|error| told(machine, &error))?;
+    Ok((file, catalogue))
 }
 
 fn text(path: &Path) -> Result<String, String> {

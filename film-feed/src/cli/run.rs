@@ -170,7 +170,7 @@ impl RunArgs {
         let Some(path) = &self.machine else {
             return Ok((self.rig_config(), self.plan()?));
         };
-        let machine = machine::read(path, &self.catalogue)?;
+        let (machine, _) = machine::read(path, &self.catalogue)?;
         let mut config = machine.rig_config(self.seed).map_err(|error| error.to_string())?;
         config.bit_error_rate = self.bit_error_rate;
         self.model.apply(&mut config);

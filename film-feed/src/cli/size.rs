@@ -7,7 +7,8 @@ use clap::Args;
 
 use super::machine::MachineArgs;
 use super::output_file::OutputFile;
-use crate::size::{self, Sizing};
+use crate::machine_file::Gear;
+use crate::size::{self, Selection, Sizing};
 
 /// What `film-feed size` takes.
 #[derive(Debug, Clone, Args)]
@@ -20,17 +21,30 @@ pub struct SizeArgs {
     /// Write the sizing with its pictures as one HTML page.
     #[arg(long, value_name = "FILE.html")]
     html: Option<PathBuf>,
+    /// Size every motor of the catalogue on every drive instead, the smallest that is large enough first.
+    #[arg(long, conflicts_with_all = ["html", "plot"])]
+    candidates: bool,
+    /// Gears to try with --candidates, such as 5,7,10 or 7:2; that of the machine if not given.
+    #[arg(long, value_name = "I,…", value_delimiter = ',', requires = "candidates")]
+    gears: Vec<Gear>,
     /// Draw the operating points in the torque-speed diagram as SVG.
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
 }
 
-/// Sizes the machine; `Ok(true)` when no row is beyond its limit.
+/// Sizes the machine; `Ok(true)` when no row is beyond its limit, or one of the candidates is large enough.
 ///
 /// # Errors
 /// What was wrong with what was given.
 pub fn run(args: &SizeArgs) -> Result<bool, String> {
-    let machine = args.machine.read()?;
+    let (machine, catalogue) = args.machine.read()?;
+    if args.candidates {
+        let own = [machine.gear()];
+        let gears = if args.gears.is_empty() { &own } else { &args.gears[..] };
+        let selection = Selection::of(&machine, &catalogue, gears);
+        super::print(args.json, &selection)?;
+        return Ok(selection.ok());
+    }
     let page = args.html.as_deref().map(OutputFile::create).transpose()?;
     let picture = args.plot.as_deref().map(OutputFile::create).transpose()?;
     let sizing = Sizing::of(&machine);

@@ -34,6 +34,7 @@
 //! # Ok::<(), lenze9300_model::FileError>(())
 //! ```
 
+mod devices;
 mod profile;
 mod read;
 mod rig;
@@ -45,6 +46,7 @@ use lenze9300_model::code::CodeStore;
 use lenze9300_model::traverse::{LatchMode, Rounding};
 use lenze9300_model::units::INC_PER_REV;
 
+pub use devices::Gear;
 pub use profile::Segment;
 pub use rig::NotRunnable;
 

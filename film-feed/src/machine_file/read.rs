@@ -1,13 +1,12 @@
 use lenze9300_model::FileError;
-use lenze9300_model::code::table::number::{
-    C0006, C0022, C0081, C0084, C0085, C0086, C0087, C0088, C0089, C0090, C1202, C1203, C1204, C1240, C1250,
-};
-use lenze9300_model::code::{CodeStore, Inhibit, entry, read_code_table};
+use lenze9300_model::code::table::number::{C0022, C1240, C1250};
+use lenze9300_model::code::{CodeStore, read_code_table};
 use lenze9300_model::toml_file::{Fields, Reader};
 use lenze9300_model::traverse::{LatchMode, Rounding};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::devices::{derived_codes, largest_current_a};
 use super::{BrakeResistor, Controls, Feed, FilmWeb, MachineFile, MainsSupply, Mechanics, Positioning, PrintMarks};
 use crate::catalogue::{Catalogue, DriveUnit, Motor};
 use crate::report::FeedMode;
@@ -71,7 +70,7 @@ fn machine<'a>(reader: &mut Reader<'a>, table: &DeTable<'a>, catalogue: &Catalog
     fields.finish(reader);
 
     let (mechanics, mut feed, motor, drive) = (mechanics?, feed?, motor??, drive??);
-    let largest_a = (1.5 * motor.rated_current_a).min(drive.peak_current_a);
+    let largest_a = largest_current_a(&motor, &drive);
     let mut codes = derived_codes(&mechanics, &feed, &motor, largest_a);
     let derived_limit = codes.read(C0022, 0);
     if let Some(value) = codes_at
@@ -286,53 +285,6 @@ fn read_bus(section: &mut Section<'_, '_, '_>, plc_cycle_ms: f64) -> Controls {
         baud: baud.unwrap_or(dp_master::time::Baud::B12000000),
         address: section.whole("address", 0..=125, 3) as u8,
     }
-}
-
-/// The codes of the thesis, and what follows from machine and motor.
-fn derived_codes(mechanics: &Mechanics, feed: &Feed, motor: &Motor, current_limit_a: f64) -> CodeStore {
-    let mut codes = CodeStore::thesis();
-    match motor.motor_list {
-        // The list resets what belongs to the motor.
-        Some(number) => set(&mut codes, C0086, f64::from(number)),
-        None => {
-            for (code, value) in [
-                (C0006, 3.0),
-                (C0081, motor.rated_power_w / 1000.0),
-                (C0084, motor.resistance_ohm),
-                (C0085, motor.inductance_mh),
-                (C0087, motor.rated_speed_rpm),
-                (C0088, motor.rated_current_a),
-                (C0089, motor.rated_frequency_hz),
-                (C0090, motor.rated_voltage_v),
-            ] {
-                set(&mut codes, code, value);
-            }
-        }
-    }
-    for (code, value) in [
-        (C0022, current_limit_a),
-        (C1202, f64::from(mechanics.gear_numerator)),
-        (C1203, f64::from(mechanics.gear_denominator)),
-        (C1204, mechanics.feed_constant_mm()),
-        (C1240, feed.speed_mm_s),
-        (C1250, feed.acceleration_mm_s2),
-    ] {
-        set(&mut codes, code, value);
-    }
-    codes
-}
-
-/// Writes a code, rounded to its step and limited to its range; `[codes]` may still change it.
-fn set(codes: &mut CodeStore, code: u16, value: f64) {
-    let Some(domain) = entry(code).map(|entry| &entry.domain) else {
-        return;
-    };
-    let raw = (value * 10_000.0)
-        .round()
-        .clamp(f64::from(domain.min()), f64::from(domain.max())) as i32;
-    let accepted = codes.write(code, 0, raw, Inhibit::Active);
-    // A motor that the list of the model does not have leaves the data of the thesis' motor; `run` uses the motor itself.
-    debug_assert!(accepted.is_ok() || code == C0086, "C{code:04} := {raw}: {accepted:?}");
 }
 
 /// Velocities and acceleration reach the drive as shares of C1240 and C1250, 10 % at least and 100 % at most (block, clamps).

@@ -10,7 +10,10 @@
 //! | power | mean and greatest power | – |
 //! | braking | energy that comes back, less what the motor's own copper takes; whether a resistor is needed, and is large enough | "Bremswiderstand" |
 //! | heat | utilisation and temperature of motor and drive | fig. 43 |
+//! | feedback | step of the resolver at the film | "Auswahl des Gebers" |
 //! | time, mains | whether the feed fits into the cycle, and the drive to the mains | – |
+//!
+//! [`Selection`] sizes every motor, drive and gear of a catalogue ("aus einer Vielzahl an Motoren").
 //!
 //! The rows have the bare motion: where the speed loop swings in, the torque of the model is above them for some milliseconds (the axis of the
 //! thesis breaking away: 31 % by length, 47 % to the mark); at rest it may press against static friction.
@@ -38,6 +41,7 @@ mod limits;
 mod plots;
 mod row;
 mod rows;
+mod selection;
 mod text;
 
 use serde::Serialize;
@@ -47,6 +51,8 @@ pub use html::html;
 pub use limits::TorqueLimits;
 pub use plots::{cycle_over_time, gear_ratio, torque_over_speed};
 pub use row::{Limit, Row, Verdict};
+
+pub use selection::{Candidate, Selection};
 
 pub(crate) use row::number;
 

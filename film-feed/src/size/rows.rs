@@ -20,6 +20,7 @@ pub(super) fn rows(machine: &MachineFile, cycle: &LoadCycle) -> (Vec<Row>, bool)
     let (braking, resistor_needed) = braking(machine, cycle);
     rows.extend(braking);
     rows.extend(heat(machine, cycle));
+    rows.push(feedback(machine));
     rows.extend(time_and_mains(machine));
     (rows, resistor_needed)
 }
@@ -428,6 +429,20 @@ fn heat(machine: &MachineFile, cycle: &LoadCycle) -> Vec<Row> {
             "ambient + ΔT_N·(0.15 + 0.85·mean I/I_N)",
         ),
     ]
+}
+
+/// Thesis 5.6, "Auswahl des Gebers".
+fn feedback(machine: &MachineFile) -> Row {
+    let bits = machine.positioning.resolver_bits;
+    let steps = f64::from(1_u32 << bits.min(16));
+    let per_turn_mm = machine.mechanics.feed_constant_mm() / machine.mechanics.gear_ratio();
+    Group("feedback").row(
+        "resolver_step",
+        "step of the resolver, against the tolerance",
+        (per_turn_mm / steps, "mm"),
+        Limit::AtMost(machine.feed.tolerance_mm),
+        format!("π·d/(i·2^{bits}); its accuracy: film-feed budget"),
+    )
 }
 
 fn time_and_mains(machine: &MachineFile) -> Vec<Row> {

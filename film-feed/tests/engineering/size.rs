@@ -1,10 +1,11 @@
 //! Sizing against calculation by hand, published examples and runs of the model.
 
+use film_feed::catalogue::Catalogue;
 use film_feed::machine_file::MachineFile;
 use film_feed::operator::Operator;
 use film_feed::rig::{Rig, TickView};
 use film_feed::run::{Observation, simulated};
-use film_feed::size::{LoadCycle, Sizing, TorqueLimits, Verdict};
+use film_feed::size::{LoadCycle, Selection, Sizing, TorqueLimits, Verdict};
 use lenze9300_model::plant::Thermal;
 use proptest::prelude::*;
 
@@ -86,6 +87,8 @@ fn the_axis_of_the_thesis_is_sized_as_by_hand() {
         ("drive_utilisation", 1.287_80),
         // 25 + 40·(0.15 + 0.85·0.0338048/2.5)
         ("heat_sink_temperature", 31.459_7),
+        // 1 inc (9300 facts 11)
+        ("resolver_step", 0.000_390_343),
         ("motion", 1.5),
         // 1.5 + 2·(5 + 1 + 3) ms
         ("cycle", 1.518),
@@ -368,7 +371,9 @@ fn a_resistor_that_is_needed_is_asked_for_and_a_run_without_it_switches_off() {
 #[test]
 fn each_limit_can_be_the_one_that_fails() {
     type Changes<'a> = &'a [(&'a str, &'a str)];
-    let cases: [(Changes<'_>, &[&str]); 8] = [
+    let cases: [(Changes<'_>, &[&str]); 9] = [
+        // 32 inc = 0.012491 mm (9300 facts 11) are more than ±0.01 mm.
+        (&[("resolver_bits = 16", "resolver_bits = 11")], &["resolver_step"]),
         (&[("\"C0011\" = 3000", "\"C0011\" = 2500")], &["motor_speed"]),
         (&[("cycle_s = 3.0", "cycle_s = 1.51")], &["cycle"]),
         (
@@ -494,7 +499,7 @@ fn report_page_and_pictures_say_what_was_found() {
     let sizing = Sizing::of(&machine);
     let text = sizing.to_string();
     assert!(
-        text.ends_with("1 of 25 checks failed: greatest motor speed, against C0011."),
+        text.ends_with("1 of 26 checks failed: greatest motor speed, against C0011."),
         "{text}"
     );
     let page = film_feed::size::html(&machine, &sizing).unwrap();
@@ -518,4 +523,59 @@ fn report_page_and_pictures_say_what_was_found() {
         (1, &"motor_speed".into(), &2500.0.into())
     );
     assert_eq!(sizing.row("motor_speed").unwrap().verdict(), Verdict::Fail);
+}
+
+/// Two more motors, twice and half as large; of no maker.
+fn catalogue() -> Catalogue {
+    let mut catalogue = Catalogue::built_in();
+    for (name, factor, power_w) in [("large", 2.0, 500.0), ("small", 0.05, 12.5)] {
+        let motor = include_str!("../../catalogue/motors.toml")
+            .replace("MDSKS036-13", name)
+            .replace("motor_list = 108 ", "motor_list = 0 ")
+            .replace("0.60\n", &format!("{}\n", 0.60 * factor))
+            .replace("0.70\n", &format!("{}\n", 0.70 * factor))
+            .replace("3.10\n", &format!("{}\n", 3.10 * factor))
+            .replace("= 0.90\n", &format!("= {}\n", 0.90 * factor))
+            .replace("= 5.00\n", &format!("= {}\n", 5.00 * factor))
+            .replace("= 250.0\n", &format!("= {power_w}\n"));
+        catalogue.add(Catalogue::read(&motor).expect("the motor is complete"));
+    }
+    catalogue
+}
+
+#[test]
+fn the_smallest_of_many_that_is_large_enough_comes_first() {
+    let machine = machine(THESIS);
+    let gears = ["3", "7", "18:2", "12"].map(|gear| gear.parse().unwrap());
+    let selection = Selection::of(&machine, &catalogue(), &gears);
+    assert_eq!(selection.candidates.len(), 12);
+    let found: Vec<(String, bool)> = selection
+        .candidates
+        .iter()
+        .map(|candidate| (format!("{} {}", candidate.motor, candidate.gear), candidate.ok))
+        .collect();
+    // 12:1 needs 4825 1/min, more than any of them is rated for. The small motor has 0.035 Nm for ever and 0.155 Nm for a moment; it turns
+    // against 0.05 Nm of friction. Behind 3:1 the middle one has 0.096 Nm of acceleration and little speed.
+    let (first, last) = (&found[0], found.last().unwrap());
+    assert!(first.0.starts_with("MDSKS036-13") && first.1, "{selection}");
+    assert!(!last.1, "{selection}");
+    for (name, ok) in &found {
+        let expected = !name.starts_with("small") && !name.ends_with("12:1");
+        assert_eq!(*ok, expected, "{name}\n{selection}");
+    }
+    let oks: Vec<bool> = found.iter().map(|(_, ok)| *ok).collect();
+    assert!(oks.is_sorted_by(|one, other| one >= other), "{selection}");
+    // A candidate is what its own machine file would be: that of the thesis in its own words.
+    let own = selection
+        .candidates
+        .iter()
+        .find(|c| c.motor == "MDSKS036-13" && c.gear.to_string() == "7:1");
+    let same = machine.with_devices(&machine.motor, &machine.drive, machine.gear());
+    assert_eq!(same, machine);
+    // C0011 follows the speed that is needed, so that it is never the tightest.
+    assert!(own.unwrap().least_margin > 0.0 && selection.ok());
+    assert_eq!(
+        "7:0".parse::<film_feed::machine_file::Gear>().unwrap_err(),
+        "a gear is written as 7 or 7:2, both from 1 to 65535, got 7:0"
+    );
 }
