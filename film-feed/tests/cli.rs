@@ -747,6 +747,13 @@ fn size_lists_candidates_and_finds_the_gears_that_are_too_fast() {
     assert_eq!(of(1, "failed"), serde_json::json!(["motor_speed"]));
     let output = film_feed(&["size", example, "--candidates", "--gears", "12"]);
     assert_eq!(output.status.code(), Some(1));
+    let output = film_feed(&["size", example, "--with", example, "--json"]);
+    assert_eq!(output.status.code(), Some(0));
+    let axes: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!(
+        (axes["axes"].as_array().map(Vec::len), &axes["supply"]["ok"]),
+        (Some(2), &Value::Bool(true))
+    );
     let output = film_feed(&["size", example, "--candidates", "--gears", "0:1"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(

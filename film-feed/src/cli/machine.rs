@@ -27,6 +27,14 @@ impl MachineArgs {
     pub(super) fn read(&self) -> Result<(MachineFile, Catalogue), String> {
         read(&self.machine, &self.catalogue)
     }
+
+    /// Reads another machine with the same catalogues.
+    ///
+    /// # Errors
+    /// As [`read`].
+    pub(super) fn read_another(&self, machine: &Path) -> Result<MachineFile, String> {
+        Ok(read(machine, &self.catalogue)?.0)
+    }
 }
 
 /// Reads a machine, and the catalogue that it was read with; its devices

@@ -1,14 +1,16 @@
 //! `film-feed size`: whether motor, gear, drive and brake resistor are large enough.
 
+use std::fmt;
 use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
+use serde::Serialize;
 
 use super::machine::MachineArgs;
 use super::output_file::OutputFile;
-use crate::machine_file::Gear;
-use crate::size::{self, Selection, Sizing};
+use crate::machine_file::{Gear, MachineFile};
+use crate::size::{self, Selection, Sizing, Supply};
 
 /// What `film-feed size` takes.
 #[derive(Debug, Clone, Args)]
@@ -21,6 +23,9 @@ pub struct SizeArgs {
     /// Write the sizing with its pictures as one HTML page.
     #[arg(long, value_name = "FILE.html")]
     html: Option<PathBuf>,
+    /// A further axis on the same DC link, whose power is summed up; may be given several times.
+    #[arg(long, value_name = "MACHINE.toml", conflicts_with_all = ["html", "plot", "candidates"])]
+    with: Vec<PathBuf>,
     /// Size every motor of the catalogue on every drive instead, the smallest that is large enough first.
     #[arg(long, conflicts_with_all = ["html", "plot"])]
     candidates: bool,
@@ -45,6 +50,9 @@ pub fn run(args: &SizeArgs) -> Result<bool, String> {
         super::print(args.json, &selection)?;
         return Ok(selection.ok());
     }
+    if !args.with.is_empty() {
+        return several(args, machine);
+    }
     let page = args.html.as_deref().map(OutputFile::create).transpose()?;
     let picture = args.plot.as_deref().map(OutputFile::create).transpose()?;
     let sizing = Sizing::of(&machine);
@@ -58,4 +66,40 @@ pub fn run(args: &SizeArgs) -> Result<bool, String> {
     }
     super::print(args.json, &sizing)?;
     Ok(sizing.ok())
+}
+
+/// Several axes, each sized by itself, and what they draw together.
+#[derive(Debug, Serialize)]
+struct Axes {
+    axes: Vec<Sizing>,
+    supply: Option<Supply>,
+}
+
+impl fmt::Display for Axes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for sizing in &self.axes {
+            write!(f, "{sizing}\n\n")?;
+        }
+        self.supply.iter().try_for_each(|supply| write!(f, "{supply}"))
+    }
+}
+
+fn several(args: &SizeArgs, first: MachineFile) -> Result<bool, String> {
+    let mut machines = vec![first];
+    for path in &args.with {
+        machines.push(args.machine.read_another(path)?);
+    }
+    let axes = Axes {
+        axes: machines.iter().map(Sizing::of).collect(),
+        supply: Supply::of(&machines),
+    };
+    super::print(args.json, &axes)?;
+    let together = axes.supply.as_ref().is_none_or(|supply| supply.ok);
+    // On a link of their own the brake rows of each axis would count; on the common one those of the supply do.
+    let apart = axes
+        .axes
+        .iter()
+        .flat_map(Sizing::failures)
+        .all(|row| row.group == "braking");
+    Ok(together && apart)
 }

@@ -13,7 +13,7 @@
 //! | feedback | step of the resolver at the film | "Auswahl des Gebers" |
 //! | time, mains | whether the feed fits into the cycle, and the drive to the mains | – |
 //!
-//! [`Selection`] sizes every motor, drive and gear of a catalogue ("aus einer Vielzahl an Motoren").
+//! [`Supply`] sums several axes on one DC link ("zentrale Einspeisung"). [`Selection`] sizes every motor, drive and gear of a catalogue ("aus einer Vielzahl an Motoren").
 //!
 //! The rows have the bare motion: where the speed loop swings in, the torque of the model is above them for some milliseconds (the axis of the
 //! thesis breaking away: 31 % by length, 47 % to the mark); at rest it may press against static friction.
@@ -42,6 +42,7 @@ mod plots;
 mod row;
 mod rows;
 mod selection;
+mod supply;
 mod text;
 
 use serde::Serialize;
@@ -53,6 +54,7 @@ pub use plots::{cycle_over_time, gear_ratio, torque_over_speed};
 pub use row::{Limit, Row, Verdict};
 
 pub use selection::{Candidate, Selection};
+pub use supply::Supply;
 
 pub(crate) use row::number;
 

@@ -1,43 +1,12 @@
 use std::fmt;
 
-use super::{Sizing, Verdict};
+use super::{Row, Sizing, Verdict};
 
 impl fmt::Display for Sizing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "Sizing of {}: {} on {}", self.machine, self.motor, self.drive)?;
-        let widest = |text: fn(&super::Row) -> String| {
-            let widths = self.rows.iter().map(|row| text(row).chars().count());
-            widths.max().unwrap_or(0)
-        };
-        let name = widest(|row| row.name.clone());
-        let value = widest(super::Row::shown_value).max(5);
-        let limit = widest(super::Row::shown_limit).max(5);
-        let mut group = "";
-        for row in &self.rows {
-            if row.group != group {
-                group = row.group;
-                writeln!(
-                    f,
-                    "\n{group:<width$}  {:>value$}  {:>limit$}  {:>6}  {:<4}  formula",
-                    "value",
-                    "limit",
-                    "margin",
-                    "",
-                    width = name + 2,
-                )?;
-            }
-            writeln!(
-                f,
-                "  {:<name$}  {:>value$}  {:>limit$}  {:>6}  {:<4}  {}",
-                row.name,
-                row.shown_value(),
-                row.shown_limit(),
-                row.shown_margin(),
-                row.verdict(),
-                row.formula,
-            )?;
-        }
-        writeln!(f)?;
+        write!(f, "Sizing of {}: {} on {}", self.machine, self.motor, self.drive)?;
+        write_rows(f, &self.rows)?;
+        write!(f, "\n\n")?;
         if !self.assumed.is_empty() {
             writeln!(f, "Assumed, no source was found: {}.", self.assumed.join(", "))?;
         }
@@ -50,6 +19,43 @@ impl fmt::Display for Sizing {
             write!(f, "{} of {judged} checks failed: {}.", failed.len(), failed.join("; "))
         }
     }
+}
+
+/// The rows as a table, each group with a head of its own; without a line end behind the last.
+pub(super) fn write_rows(f: &mut fmt::Formatter<'_>, rows: &[Row]) -> fmt::Result {
+    let widest = |text: fn(&Row) -> String| {
+        let widths = rows.iter().map(|row| text(row).chars().count());
+        widths.max().unwrap_or(0)
+    };
+    let name = widest(|row| row.name.clone());
+    let value = widest(Row::shown_value).max(5);
+    let limit = widest(Row::shown_limit).max(5);
+    let mut group = "";
+    for row in rows {
+        if row.group != group {
+            group = row.group;
+            write!(
+                f,
+                "\n\n{group:<width$}  {:>value$}  {:>limit$}  {:>6}  {:<4}  formula",
+                "value",
+                "limit",
+                "margin",
+                "",
+                width = name + 2,
+            )?;
+        }
+        write!(
+            f,
+            "\n  {:<name$}  {:>value$}  {:>limit$}  {:>6}  {:<4}  {}",
+            row.name,
+            row.shown_value(),
+            row.shown_limit(),
+            row.shown_margin(),
+            row.verdict(),
+            row.formula,
+        )?;
+    }
+    Ok(())
 }
 
 impl Sizing {

@@ -5,7 +5,7 @@ use film_feed::machine_file::MachineFile;
 use film_feed::operator::Operator;
 use film_feed::rig::{Rig, TickView};
 use film_feed::run::{Observation, simulated};
-use film_feed::size::{LoadCycle, Selection, Sizing, TorqueLimits, Verdict};
+use film_feed::size::{LoadCycle, Selection, Sizing, Supply, TorqueLimits, Verdict};
 use lenze9300_model::plant::Thermal;
 use proptest::prelude::*;
 
@@ -578,4 +578,31 @@ fn the_smallest_of_many_that_is_large_enough_comes_first() {
         "7:0".parse::<film_feed::machine_file::Gear>().unwrap_err(),
         "a gear is written as 7 or 7:2, both from 1 to 65535, got 7:0"
     );
+}
+
+/// Two axes of the thesis and the heavy one on one link, with the numbers of their own tests.
+#[test]
+fn several_axes_share_a_link_as_by_hand() {
+    let thesis = machine(THESIS);
+    assert_eq!(Supply::of(std::slice::from_ref(&thesis)), None);
+    let row = |supply: &Supply, id: &str| supply.rows.iter().find(|row| row.id == id).unwrap().value;
+
+    let two = Supply::of(&[thesis.clone(), thesis.clone()]).unwrap();
+    // 20.2250 W are what each takes, 0.285002 J in 3 s what it gives back: 2·(20.2250 − 0.0950).
+    assert_near("mean", row(&two, "mean_power"), 40.260, 1e-4);
+    // 2·(31.6762 + 15)
+    assert_near("peak", row(&two, "peak_power"), 93.3524, 1e-5);
+    // Twice the energy in twice the capacitance.
+    assert_near("link", row(&two, "supply_link_voltage"), 568.7307, 1e-6);
+    assert!(two.ok);
+
+    // 0.285002 + 85.567 J in 330 µF: √(320 000 + 2·85.852/330e-6).
+    let mixed = Supply::of(&[thesis.clone(), heavy("")]).unwrap();
+    assert_near("link", row(&mixed, "supply_link_voltage"), 916.71, 1e-3);
+    assert!(!mixed.ok, "{mixed}");
+    // The resistor of one serves both: 0.285002/3 + 14.2612 W against 100 W; at once 0.0038779·294.737 − 0.0015 + 116.781 W.
+    let braked = Supply::of(&[thesis, heavy(BRAKE)]).unwrap();
+    assert_near("mean", row(&braked, "supply_brake_mean"), 14.3562, 1e-3);
+    assert_near("peak", row(&braked, "supply_brake_peak"), 117.922, 1e-4);
+    assert!(braked.ok, "{braked}");
 }
