@@ -10,6 +10,7 @@
 //! - [`block`]: the PLC function block "FB Folienvorzug", and [`plc`], its view of the periphery;
 //! - [`operator`]: works the block's inputs as a person would; [`parameter_watch`]: what the block never looks at;
 //! - [`run`]: a whole run with its [`report`]; [`real_line`]: the same against a real drive;
+//! - [`advise`](mod@advise): what will go wrong, before it does;
 //! - [`sweep`]: many machines at once; [`fit`]: what a trace tells of its axis;
 //! - [`scope`] and [`plot`]: the oscilloscope; [`replay`]: the block alone, in JSON lines;
 //! - [`cli`]: the commands of the program.
@@ -26,6 +27,7 @@
 //! # Ok::<(), film_feed::rig::RigError>(())
 //! ```
 
+pub mod advise;
 pub mod block;
 pub mod budget;
 pub mod bus_config;

@@ -1,5 +1,6 @@
 //! The command line: what a person types, checked before anything moves.
 
+pub mod advise;
 pub mod budget;
 pub mod fit;
 mod machine;
@@ -37,6 +38,8 @@ enum Command {
     Size(size::SizeArgs),
     /// Split the error of a feed into its parts; exit code 1 when the tolerance is not held.
     Budget(budget::BudgetArgs),
+    /// Tell what will go wrong with a machine, and what to do, before anything moves; exit code 1 when something does by its values alone.
+    Advise(advise::AdviseArgs),
     /// Tell inertia, friction and velocity gain of an axis from a recorded feed.
     Fit(fit::FitArgs),
     /// Run the block alone on recorded images, one JSON line a PLC cycle.
@@ -67,6 +70,7 @@ fn dispatch() -> u8 {
         Some(Command::Run(args)) => run::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Size(args)) => size::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Budget(args)) => budget::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
+        Some(Command::Advise(args)) => advise::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Fit(args)) => fit::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Replay(args)) => replay::run(args)

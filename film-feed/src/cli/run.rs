@@ -10,6 +10,7 @@ use dp_master::time::Baud;
 use indicatif::{ProgressBar, ProgressStyle};
 use lenze9300_model::signal::Signal;
 
+use super::advise;
 use super::machine;
 use super::model::ModelArgs;
 use super::output_file::OutputFile;
@@ -221,6 +222,10 @@ pub fn run(args: &RunArgs) -> Result<bool, String> {
     } else {
         Observation::FeedsOnly
     };
+    // What a real drive is set to is not known here.
+    if args.port.is_none() {
+        advise::warn(&config, &plan);
+    }
     let progress = progress_bar(args, plan.series.iter().map(|(_, feeds)| *feeds as u64).sum());
     let feed_done = || progress.inc(1);
     let started = Instant::now();

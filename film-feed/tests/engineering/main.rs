@@ -1,5 +1,6 @@
 //! MACHINE.toml and what is reckoned from it.
 
+mod advise;
 mod budget;
 mod fit;
 mod machine_file;
