@@ -13,7 +13,8 @@
 //! | control | where JOB_FIN lets static friction hold the axis: the target window, or less where the loops are stiffer | 9300 facts 4.3 |
 //! | latch | way of the film until the drive has seen the edge | 9300 facts 4.3 |
 //! | reader | way of the film until the reader has switched | machine file |
-//! | film | change of the stretch between feeds | machine file |
+//! | strain, creep | relaxed film is shorter than what the roller passed; it falls behind the roller | `machine::WebParams` |
+//! | film | change of the stretch between feeds, at the tool and from reader to roller | machine file |
 //! | backlash, gear, roller | play, transmission error, diameter | machine file |
 //!
 //! ```
@@ -267,17 +268,23 @@ fn mark(machine: &MachineFile) -> [Part; 2] {
 }
 
 /// What lies between the motor and the film.
-fn mechanics(machine: &MachineFile) -> [Part; 4] {
+fn mechanics(machine: &MachineFile) -> [Part; 6] {
     let (mechanics, film, feed) = (&machine.mechanics, &machine.film, &machine.feed);
     let arcmin_mm = mechanics.mm_per_arcmin();
     let radius_m = 0.5e-3 * mechanics.roller_diameter_mm;
     // As long as the pull is stronger than the load's inertia while braking, the teeth never leave their flank.
     let inertia_nm = mechanics.load_inertia_kg_m2 * feed.acceleration_mm_s2 * 1e-3 / radius_m;
-    let preloaded = film.pull_n * radius_m > inertia_nm;
+    let (braking_n, _) = machine.pull_n(-feed.acceleration_mm_s2);
+    let preloaded = braking_n * radius_m > inertia_nm;
     let way_mm = match feed.mode {
         FeedMode::Length => f64::from(feed.feeds_in_a_row) * feed.length_mm,
         FeedMode::Mark => RESIDUAL_PATH_MM,
     };
+    // The roller passes film that is stretched; on the product it is relaxed.
+    let (_, pull_n) = machine.pull_n(0.0);
+    let stiffness_n = film.stiffness_n();
+    let to_reader_mm = machine.roll.map_or(0.0, |roll| roll.reader_to_roller_mm);
+    let creep_per_n = machine.roll.map_or(0.0, |roll| roll.creep_per_n);
     let tolerance = mechanics.roller_diameter_tolerance_mm / mechanics.roller_diameter_mm;
     [
         part(
@@ -313,11 +320,29 @@ fn mechanics(machine: &MachineFile) -> [Part; 4] {
             "measure the roller and correct C1204, or feed to marks",
         ),
         part(
+            "strain",
+            "film that is stretched on the roller",
+            way_mm * pull_n / (stiffness_n + pull_n),
+            format!(
+                "{} mm·ε/(1 + ε), ε = F/(E·b·t), F up to {} N",
+                number(way_mm),
+                number(pull_n)
+            ),
+            "less pull (roll.brake_nm), or take the strain into C1204, or feed to marks",
+        ),
+        part(
+            "creep",
+            "creep of the film on the roller",
+            way_mm * creep_per_n * pull_n,
+            format!("{} mm·creep·F", number(way_mm)),
+            "more pressure or a better surface of the roller, or feed to marks",
+        ),
+        part(
             "film",
-            "stretch of the film",
-            film.stretch_mm(film.pull_change_n),
-            "ΔF·L/(E·b·t)",
-            "a steadier pull of the film, or a shorter way from roller to tool",
+            "film that comes to rest with another stretch",
+            film.stretch_mm(film.pull_change_n) + to_reader_mm * pull_n / stiffness_n,
+            "(ΔF·L + F·L_reader)/(E·b·t)",
+            "a steadier pull of the film, shorter ways from reader to roller and from roller to tool",
         ),
     ]
 }

@@ -783,6 +783,19 @@ fn a_machine_file_runs_as_the_options_do() {
         );
     }
 
+    let scratch = Scratch::new();
+    let rolled = scratch.path("rolled.toml");
+    let machine = std::fs::read_to_string(example).expect("the example is there");
+    std::fs::write(&rolled, format!("{machine}\n[roll]\nbrake_nm = 1.0\n")).expect("a scratch file can be written");
+    let output = film_feed(&["run", "--json", "--feeds", "1", "--machine", &rolled]);
+    assert_eq!(output.status.code(), Some(1), "a stretched film falls short");
+    let stretched: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert!(
+        stretched["film"].is_object() && by_machine["film"].is_null(),
+        "{}",
+        stretched["film"]
+    );
+
     let output = film_feed(&["run", "--machine", example, "--length", "900"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(

@@ -36,13 +36,15 @@ impl ModelArgs {
     pub(super) fn apply(&self, config: &mut RigConfig) {
         let axis = &mut config.drive.axis;
         axis.fidelity = self.fidelity;
-        // A machine file may have a coupling of its own.
+        // A machine file may have a coupling and a film of its own.
         if let Some(stiffness) = self.gear_stiffness {
             let ratio = config.film.roller.gear_ratio;
             let coupling = Coupling::at_gear_output(stiffness, self.backlash.unwrap_or(0.0), ratio);
             axis.mechanics.coupling = Some(coupling);
         }
-        config.film.web = (self.film == FilmChoice::Elastic).then(WebParams::default);
+        if self.film == FilmChoice::Elastic {
+            config.film.web = Some(WebParams::default());
+        }
     }
 }
 

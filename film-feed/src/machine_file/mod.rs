@@ -10,6 +10,7 @@
 //! | `[mechanics]` | [`Mechanics`] | roller, gear, inertias, friction |
 //! | `[feed]` | [`Feed`] | what is to be moved, how fast, how often |
 //! | `[film]` | [`FilmWeb`] | pull and stretch; optional |
+//! | `[roll]` | [`FilmRoll`] | the roll the film comes from: with it the film of a run stretches; optional |
 //! | `[marks]` | [`PrintMarks`] | print and reader; optional |
 //! | `[motor]` | [`Motor`] | `name` from the catalogue, and what differs; or all of it |
 //! | `[drive]` | [`DriveUnit`] | likewise |
@@ -38,6 +39,7 @@ mod devices;
 mod profile;
 mod read;
 mod rig;
+mod roll;
 
 use std::f64::consts::PI;
 
@@ -49,6 +51,7 @@ use lenze9300_model::units::INC_PER_REV;
 pub use devices::Gear;
 pub use profile::Segment;
 pub use rig::NotRunnable;
+pub use roll::FilmRoll;
 
 use crate::catalogue::{DriveUnit, Motor};
 use crate::report::FeedMode;
@@ -66,6 +69,8 @@ pub struct MachineFile {
     pub feed: Feed,
     /// Pull and stretch of the film.
     pub film: FilmWeb,
+    /// The roll the film comes from.
+    pub roll: Option<FilmRoll>,
     /// Print and reader.
     pub marks: PrintMarks,
     /// The motor.
@@ -180,7 +185,7 @@ pub struct Feed {
 /// Pull and stretch of the film.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilmWeb {
-    /// Force of the film against the feed at the roller, N, 0…10⁴ (0).
+    /// Force of the film against the feed at the roller, N, 0…10⁴ (0); that of `[roll]` comes on top.
     #[doc(alias = "Bahnzug")]
     pub pull_n: f64,
     /// How much that force differs from feed to feed when the film has come to rest, N, 0…10⁴ (0).
@@ -196,11 +201,15 @@ pub struct FilmWeb {
 }
 
 impl FilmWeb {
+    /// Force for a strain of 1, N: E·b·t.
+    pub fn stiffness_n(&self) -> f64 {
+        self.modulus_n_mm2 * self.width_mm * self.thickness_um * 1e-3
+    }
+
     /// Stretch of the free length by a force, mm: F·L / (E·b·t).
     #[doc(alias = "Dehnung")]
     pub fn stretch_mm(&self, force_n: f64) -> f64 {
-        let section_mm2 = self.width_mm * self.thickness_um * 1e-3;
-        force_n * self.free_length_mm / (self.modulus_n_mm2 * section_mm2)
+        force_n * self.free_length_mm / self.stiffness_n()
     }
 }
 

@@ -7,8 +7,11 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::devices::{derived_codes, largest_current_a};
-use super::{BrakeResistor, Controls, Feed, FilmWeb, MachineFile, MainsSupply, Mechanics, Positioning, PrintMarks};
+use super::{
+    BrakeResistor, Controls, Feed, FilmRoll, FilmWeb, MachineFile, MainsSupply, Mechanics, Positioning, PrintMarks,
+};
 use crate::catalogue::{Catalogue, DriveUnit, Motor};
+use crate::machine::WebParams;
 use crate::report::FeedMode;
 use crate::toml_section::Section;
 
@@ -49,6 +52,10 @@ fn machine<'a>(reader: &mut Reader<'a>, table: &DeTable<'a>, catalogue: &Catalog
         Some(DriveUnit::read(drive, name, base))
     });
     let film = tables.optional("film", read_film);
+    let roll = match table.get("roll") {
+        Some(_) => tables.required("roll", read_roll),
+        None => tables.fields.take("roll").and(None),
+    };
     let mark_defaults = feed.as_ref().map_or(1200.0, |feed| feed.length_mm);
     let marks = tables.optional("marks", |marks| read_marks(marks, mark_defaults));
     let positioning = tables.optional("positioning", read_positioning);
@@ -93,6 +100,7 @@ fn machine<'a>(reader: &mut Reader<'a>, table: &DeTable<'a>, catalogue: &Catalog
         mechanics,
         feed,
         film,
+        roll,
         marks,
         motor,
         drive,
@@ -214,6 +222,23 @@ fn read_film(section: &mut Section<'_, '_, '_>) -> FilmWeb {
         width_mm: section.real("width_mm", 1.0..=1e4, default.width_mm),
         thickness_um: section.real("thickness_um", 1.0..=1e4, default.thickness_um),
         modulus_n_mm2: section.real("modulus_n_mm2", 1.0..=1e6, default.modulus_n_mm2),
+    }
+}
+
+fn read_roll(section: &mut Section<'_, '_, '_>) -> FilmRoll {
+    let default = WebParams::default();
+    let radius_mm = section.real("radius_mm", 40.0..=2000.0, 1e3 * default.roll_radius_m);
+    let span_mm = section.real("span_mm", 300.0..=1e5, 1e3 * default.span_m);
+    FilmRoll {
+        radius_mm,
+        core_radius_mm: section.real("core_radius_mm", 5.0..=radius_mm, 1e3 * default.core_radius_m),
+        brake_nm: section.real("brake_nm", 0.0..=1000.0, None),
+        span_mm,
+        reader_to_roller_mm: section.real("reader_to_roller_mm", 0.0..=span_mm, 1e3 * default.reader_to_roller_m),
+        grip_n: section.real("grip_n", 0.1..=1e6, default.grip_n),
+        creep_per_n: section.real("creep_per_n", 0.0..=0.01, default.creep_per_n),
+        density_kg_m3: section.real("density_kg_m3", 100.0..=10_000.0, default.density_kg_m3),
+        damping_ratio: section.real("damping_ratio", 0.001..=1.0, default.damping_ratio),
     }
 }
 

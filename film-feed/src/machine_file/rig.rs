@@ -55,15 +55,10 @@ impl MachineFile {
         }
     }
 
-    /// Torque of the film's pull at the motor's shaft, Nm: F·r / i.
-    pub fn pull_torque_nm(&self) -> f64 {
-        self.film.pull_n * self.mechanics.roller_diameter_mm * 0.5e-3 / self.mechanics.gear_ratio()
-    }
-
     /// The whole chain, with `seed` for everything random.
     ///
     /// Play of the gear is taken over when its stiffness is given. Not taken over, because the chain knows it otherwise or not at all: the
-    /// gear's efficiency and error, the film's stretch.
+    /// gear's efficiency and error, the change of the film's pull. The film stretches when the roll it comes from is given.
     ///
     /// # Errors
     /// [`NotRunnable`] when the modelled drive cannot be set up so.
@@ -81,7 +76,8 @@ impl MachineFile {
             dp_cycle_ns: (self.controls.dp_cycle_ms * 1e6).round() as u64,
             seed,
             slave_address: self.controls.address,
-            load_torque_nm: self.pull_torque_nm(),
+            // The tension of an elastic film comes on top, as the film makes it.
+            load_torque_nm: self.torque_of_pull_nm(self.film.pull_n),
             drive: DriveConfig {
                 axis: self.axis_params(seed),
                 codes: self.codes.clone(),
@@ -107,7 +103,7 @@ impl MachineFile {
                     seed,
                     ..MarkConfig::default()
                 },
-                ..FilmConfig::default()
+                web: self.web_params(),
             },
             reader: ReaderParams {
                 delay_us: self.marks.reader_delay_us,

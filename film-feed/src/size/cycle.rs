@@ -72,13 +72,16 @@ impl LoadCycle {
         let ratio = mechanics.gear_ratio();
         let j_motor = machine.motor.rotor_inertia_kg_m2 + mechanics.gear_inertia_kg_m2;
         let j_load = mechanics.load_inertia_kg_m2 / (ratio * ratio);
-        let pull_nm = machine.pull_torque_nm();
         let rad_per_mm = TAU * ratio / mechanics.feed_constant_mm();
         let phases = machine
             .profile()
             .iter()
             .map(|segment| {
-                let alpha = (segment.to_mm_s - segment.from_mm_s) / segment.duration_s * rad_per_mm;
+                // A pull that is small lets more energy come back, one that is large takes more to move.
+                let accel_mm_s2 = (segment.to_mm_s - segment.from_mm_s) / segment.duration_s;
+                let (least_n, most_n) = machine.pull_n(accel_mm_s2);
+                let pull_nm = machine.torque_of_pull_nm(if accel_mm_s2 < 0.0 { least_n } else { most_n });
+                let alpha = accel_mm_s2 * rad_per_mm;
                 let behind_gear = j_load * alpha + pull_nm;
                 let through_gear = if behind_gear >= 0.0 {
                     behind_gear / mechanics.gear_efficiency

@@ -10,6 +10,7 @@
 //! | power | mean and greatest power | – |
 //! | braking | energy that comes back, less what the motor's own copper takes; whether a resistor is needed, and is large enough | "Bremswiderstand" |
 //! | heat | utilisation and temperature of motor and drive | fig. 43 |
+//! | film | tension against the grip of the roller; only with a `[roll]` | – |
 //! | feedback | step of the resolver at the film | "Auswahl des Gebers" |
 //! | time, mains | whether the feed fits into the cycle, and the drive to the mains | – |
 //!

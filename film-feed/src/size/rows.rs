@@ -20,6 +20,7 @@ pub(super) fn rows(machine: &MachineFile, cycle: &LoadCycle) -> (Vec<Row>, bool)
     let (braking, resistor_needed) = braking(machine, cycle);
     rows.extend(braking);
     rows.extend(heat(machine, cycle));
+    rows.extend(grip(machine));
     rows.push(feedback(machine));
     rows.extend(time_and_mains(machine));
     (rows, resistor_needed)
@@ -429,6 +430,19 @@ fn heat(machine: &MachineFile, cycle: &LoadCycle) -> Vec<Row> {
             "ambient + ΔT_N·(0.15 + 0.85·mean I/I_N)",
         ),
     ]
+}
+
+/// What the film takes before it slips; only with a roll.
+fn grip(machine: &MachineFile) -> Option<Row> {
+    let roll = machine.roll?;
+    let (_, pull_n) = machine.pull_n(machine.feed.acceleration_mm_s2);
+    Some(Group("film").row(
+        "film_tension",
+        "greatest tension of the film, against the grip of the roller",
+        (pull_n, "N"),
+        Limit::AtMost(roll.grip_n),
+        "F_pull + M_brake/R + J_roll·a/R², full or all but empty",
+    ))
 }
 
 /// Thesis 5.6, "Auswahl des Gebers".

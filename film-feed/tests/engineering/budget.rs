@@ -113,6 +113,8 @@ fn the_parts_of_the_mechanics_are_those_by_hand() {
         ("roller", 2.105_26, 1e-5),
         // 5·800/(2000·400·0.1)
         ("film", 0.05, 1e-9),
+        // 12 000 mm, nothing pulls while it moves.
+        ("strain", 0.0, 0.0),
         // Ten times what one feed loses.
         ("rounding", 10.0 * 0.455 * 0.390_343e-3, 2e-3),
     ] {
@@ -221,6 +223,60 @@ fn play_of_the_gear_leaves_the_film_within_it() {
     let rest = 20.0 * (bound(&budget, "rounding") + bound(&budget, "constant")) + bound(&budget, "control");
     assert!(largest <= play + rest, "{largest} mm of {play} mm");
     assert!(largest > 0.3 * play, "{largest} mm of {play} mm");
+}
+
+const ROLL: &str = "[roll]\nbrake_nm = 1.0\n";
+
+/// The thesis' machine with a braked roll and a film of 2000 N/mm² · 400 mm · 0.1 mm = 80 000 N per strain.
+fn with_roll(changes: &[(&str, &str)]) -> MachineFile {
+    let marks = format!("{ROLL}[marks]");
+    let mut all = vec![("[marks]", marks.as_str())];
+    all.extend(changes);
+    changed(&all)
+}
+
+#[test]
+fn a_stretched_film_falls_short_in_the_model_as_reckoned() {
+    const FEEDS: usize = 10;
+    let machine = with_roll(&[
+        ("feeds_in_a_row = 1", "feeds_in_a_row = 10"),
+        ("thickness_um = 100.0", "thickness_um = 50.0"),
+    ]);
+    let budget = Budget::of(&machine);
+    // All but empty, at 38 mm: 26.316 N on 40 000 N, 12 000 mm; 300 mm from reader to roller.
+    assert_near("strain", bound(&budget, "strain"), 12_000.0 * 26.316 / 40_026.3, 1e-4);
+    assert_near("film", bound(&budget, "film"), 300.0 * 26.316 / 40_000.0, 1e-4);
+    assert_eq!(budget.pay_for, Some("strain"));
+    let fallen_mm = -standing(&run(&machine, FEEDS, Fidelity::Averaged))[FEEDS - 1];
+    // The roll is full, at 80 mm: 12.5 N, 3.749 mm at a steady speed; more while it is accelerated.
+    let full_mm = 12_000.0 * 12.5 / 40_012.5;
+    let bound_mm = bound(&budget, "strain") + bound(&budget, "film");
+    assert!(
+        fallen_mm > 0.8 * full_mm && fallen_mm < bound_mm,
+        "{full_mm} {fallen_mm} {bound_mm}"
+    );
+}
+
+#[test]
+fn the_delay_of_the_reader_is_seen_in_the_model() {
+    let machine = changed(&[
+        ("mode = \"length\"", "mode = \"mark\""),
+        ("reader_delay_us = 0.0", "reader_delay_us = 300.0"),
+        ("reader_jitter_us = 0.0", "reader_jitter_us = 100.0"),
+    ]);
+    let budget = Budget::of(&machine);
+    // 240 mm/s for 400 µs.
+    assert_near("reader", bound(&budget, "reader"), 0.096, 1e-9);
+    let found = errors(&run(&machine, 40, Fidelity::Averaged));
+    let rest = bound(&budget, "rounding") + bound(&budget, "control") + bound(&budget, "latch");
+    let least = found.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = found.iter().copied().fold(0.0, f64::max);
+    assert!(
+        most <= bound(&budget, "reader") + rest && most > 0.9 * bound(&budget, "reader"),
+        "{most} mm"
+    );
+    // 200 µs at the least.
+    assert!(least >= 0.048 - rest && least < 0.06, "{least} mm");
 }
 
 #[test]

@@ -113,7 +113,7 @@ baud = 115200
             "line 16: drive.recovery_time_s is missing; expected is a number from 0 to 100000",
             "line 20: mains.lowest_v: expected 50 to 230, got 400",
             "line 22: bus.baud: expected 9600, 19200, 45450, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000",
-            "line 23: `surprise` is unknown here; allowed are mechanics, feed, motor, drive, film, marks, positioning, mains, brake, \
+            "line 23: `surprise` is unknown here; allowed are mechanics, feed, motor, drive, film, roll, marks, positioning, mains, brake, \
              plc, bus, codes, name, ambient_c",
         ]
     );
@@ -166,7 +166,7 @@ fn a_machine_runs_as_long_as_it_is_reckoned_to() {
 fn the_pull_of_the_film_reaches_the_motor_in_a_run() {
     // 40 N at 28.5 mm are 1.14 Nm, 0.1629 Nm behind 7:1; the torque at constant speed is that and 0.05 Nm of friction.
     let machine = changed(&[("pull_n = 0.0 ", "pull_n = 40.0 ")]);
-    assert!((machine.pull_torque_nm() - 0.162_857).abs() < 1e-6);
+    assert!((machine.torque_of_pull_nm(40.0) - 0.162_857).abs() < 1e-6);
     let config = machine.rig_config(1).unwrap();
     let plan = machine.feed_plan(1);
     assert_eq!(plan.series, [(FeedMode::Length, 1)]);
@@ -209,6 +209,7 @@ fn the_documentation_has_every_key_and_no_other() {
         "mechanics",
         "feed",
         "film",
+        "roll",
         "marks",
         "motor",
         "drive",

@@ -53,38 +53,44 @@ const NUMBERS: &[(&str, &str, f64, f64)] = &[
 fn any_machine() -> impl Strategy<Value = String> {
     let place = prop_oneof![Just(0.0), Just(1.0), 0.0..1.0_f64];
     let changes = prop::collection::vec((0..NUMBERS.len(), place), 1..6);
-    (changes, any::<bool>(), 1_u16..=65_535, any::<bool>()).prop_map(|(changes, mark, gear, geared)| {
-        let mut file: Vec<String> = THESIS.lines().map(str::to_owned).collect();
-        for (which, place) in changes {
-            let (table, key, least, most) = NUMBERS[which];
-            // Evenly over the powers of ten.
-            let value = if least > 0.0 {
-                least * (most / least).powf(place)
-            } else {
-                most * place.powi(6)
-            };
-            let value = value.clamp(least, most);
-            set(&mut file, table, key, Some(&format!("{value:e}")));
-        }
-        if geared {
-            set(&mut file, "mechanics", "gear_numerator", Some(&gear.to_string()));
-        }
-        set(
-            &mut file,
-            "feed",
-            "mode",
-            Some(if mark { "\"mark\"" } else { "\"length\"" }),
-        );
-        for (table, key) in [
-            ("feed", "mark_speed_mm_s"),
-            ("mains", "lowest_v"),
-            ("mains", "highest_v"),
-            ("marks", "repeat_mm"),
-        ] {
-            set(&mut file, table, key, None);
-        }
-        file.join("\n")
-    })
+    let brake_nm = prop::option::of(0.0..1000.0_f64);
+    (changes, any::<bool>(), 1_u16..=65_535, any::<bool>(), brake_nm).prop_map(
+        |(changes, mark, gear, geared, brake_nm)| {
+            let mut file: Vec<String> = THESIS.lines().map(str::to_owned).collect();
+            for (which, place) in changes {
+                let (table, key, least, most) = NUMBERS[which];
+                // Evenly over the powers of ten.
+                let value = if least > 0.0 {
+                    least * (most / least).powf(place)
+                } else {
+                    most * place.powi(6)
+                };
+                let value = value.clamp(least, most);
+                set(&mut file, table, key, Some(&format!("{value:e}")));
+            }
+            if geared {
+                set(&mut file, "mechanics", "gear_numerator", Some(&gear.to_string()));
+            }
+            set(
+                &mut file,
+                "feed",
+                "mode",
+                Some(if mark { "\"mark\"" } else { "\"length\"" }),
+            );
+            for (table, key) in [
+                ("feed", "mark_speed_mm_s"),
+                ("mains", "lowest_v"),
+                ("mains", "highest_v"),
+                ("marks", "repeat_mm"),
+            ] {
+                set(&mut file, table, key, None);
+            }
+            if let Some(brake_nm) = brake_nm {
+                file.push(format!("[roll]\nbrake_nm = {brake_nm}"));
+            }
+            file.join("\n")
+        },
+    )
 }
 
 /// Gives a key of a table a value, or none.

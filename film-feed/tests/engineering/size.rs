@@ -525,6 +525,46 @@ fn report_page_and_pictures_say_what_was_found() {
     assert_eq!(sizing.row("motor_speed").unwrap().verdict(), Verdict::Fail);
 }
 
+#[test]
+fn a_roll_pulls_at_the_motor_as_by_hand_and_in_the_model() {
+    let machine = changed(&[("[marks]", "[roll]\nbrake_nm = 1.0\n[marks]")]);
+    // Full: J = ½·π·905·0.4·(0.08⁴ − 0.038⁴) + 0.001 = 0.0231051 kg m², 3.6102 kg at 80 mm; 12.5 N + 3.6102·2.4 = 21.164 N. All but
+    // empty: 0.001/0.038² = 0.6925 kg; 26.316 N + 1.662 N = 27.978 N.
+    let (least_n, most_n) = machine.pull_n(2400.0);
+    assert_near("full", least_n, 21.164, 1e-3);
+    assert_near("empty", most_n, 27.978, 1e-4);
+    // Braking at 2.4 m/s² the brake alone holds the roll: 12.5 − 8.66 N.
+    assert_near("braking", machine.pull_n(-2400.0).0, 3.836, 1e-3);
+    let sizing = Sizing::of(&machine);
+    // 0.1038779 + 27.978·0.0285/7
+    assert_near("acceleration", value(&sizing, "torque_acceleration"), 0.217_788, 1e-4);
+    assert_near("tension", value(&sizing, "film_tension"), 27.978, 1e-4);
+    let slipping = Sizing::of(&changed(&[(
+        "[marks]",
+        "[roll]\nbrake_nm = 1.0\ngrip_n = 25.0\n[marks]",
+    )]));
+    assert_eq!(
+        slipping.failures().map(|row| row.id).collect::<Vec<_>>(),
+        ["film_tension"]
+    );
+    // In the model the roll is full.
+    let (_, samples) = simulated(
+        &machine.rig_config(1).unwrap(),
+        machine.feed_plan(1),
+        Observation::Samples,
+        || {},
+    )
+    .unwrap();
+    let start_s = samples.iter().find(|sample| sample.feed == 1).unwrap().time_s;
+    let steady: Vec<f64> = samples
+        .iter()
+        .filter(|sample| (0.3..0.45).contains(&(sample.time_s - start_s)))
+        .map(|sample| sample.torque_nm)
+        .collect();
+    let mean_nm = steady.iter().sum::<f64>() / steady.len() as f64;
+    assert_near("in the model", mean_nm, 0.103_877_9 + 21.164 * 0.0285 / 7.0, 0.03);
+}
+
 /// Two more motors, twice and half as large; of no maker.
 fn catalogue() -> Catalogue {
     let mut catalogue = Catalogue::built_in();
