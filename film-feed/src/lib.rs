@@ -38,6 +38,8 @@ pub mod fit;
 pub mod machine;
 pub mod machine_file;
 pub mod operator;
+#[cfg(feature = "panel")]
+pub mod panel;
 pub mod parameter_watch;
 pub mod plc;
 pub mod plot;

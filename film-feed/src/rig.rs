@@ -5,7 +5,7 @@
 
 use dp_master::address::{Address, AddressError};
 use dp_master::dp::{AddSlaveError, CfgError, DpMaster, MasterError, SlaveIndex, SlaveState, WatchdogError};
-use dp_master::phy::{Disturbance, DisturbanceError, PortId, VirtualBus, pump};
+use dp_master::phy::{Disturbance, DisturbanceError, PortId, Tap, Trace, VirtualBus, pump};
 use dp_master::station::Station;
 use dp_master::time::{Baud, Duration, Instant};
 use lenze9300_model::bus::dp::{Emf2133, Emf2133Config, ModuleError, PAR_AND_FOUR_WORDS};
@@ -102,7 +102,27 @@ pub struct Rig {
     ticks_per_ms: u64,
     /// Before this moment line and stations have nothing to do; `None`: never again by themselves.
     line_due: Option<Instant>,
+    ear: Ear,
     ticks: u64,
+}
+
+/// Who listens on the line, if anybody does. A clone of a rig is not listened to.
+#[derive(Default)]
+struct Ear(Option<(PortId, Tap<Listener>)>);
+
+/// Takes what went over the line.
+pub type Listener = Box<dyn FnMut(Trace<'_>) + Send>;
+
+impl Clone for Ear {
+    fn clone(&self) -> Self {
+        Ear(None)
+    }
+}
+
+impl std::fmt::Debug for Ear {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Ear").field(&self.0.is_some()).finish()
+    }
 }
 
 /// One tick of the drive, as an observer sees it.
@@ -196,6 +216,7 @@ impl Rig {
             tick,
             ticks_per_ms: config.drive.axis.ticks_per_position_period(),
             line_due: Some(now),
+            ear: Ear(None),
             ticks: 0,
         })
     }
@@ -261,11 +282,12 @@ impl Rig {
         if self.line_due.is_none_or(|due| due > now) {
             return;
         }
-        let mut stations: [(PortId, &mut dyn Station); 2] = [
-            (self.master_port, &mut self.master),
-            (self.module_port, &mut self.module),
-        ];
-        self.line_due = pump(&mut self.line, now, &mut stations);
+        let master: (PortId, &mut dyn Station) = (self.master_port, &mut self.master);
+        let module: (PortId, &mut dyn Station) = (self.module_port, &mut self.module);
+        self.line_due = match &mut self.ear.0 {
+            None => pump(&mut self.line, now, &mut [master, module]),
+            Some((port, ear)) => pump(&mut self.line, now, &mut [master, module, (*port, ear)]),
+        };
     }
 
     fn drive_tick(&mut self, observer: &mut impl TickObserver) {
@@ -375,6 +397,14 @@ impl Rig {
         self.master
             .diagnosis(self.slave)
             .map(|diagnosis| diagnosis.extended.as_slice())
+    }
+
+    /// Lets somebody hear every telegram from now on.
+    pub fn listen(&mut self, listener: Listener) {
+        let baud = self.line.baud();
+        let port = self.ear.0.take().map_or_else(|| self.line.attach(), |(port, _)| port);
+        self.ear = Ear(Some((port, Tap::new(baud, listener))));
+        self.line_due = Some(self.now);
     }
 
     /// Pulls the module off the line.

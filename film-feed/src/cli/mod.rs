@@ -6,6 +6,8 @@ pub mod fit;
 mod machine;
 mod model;
 mod output_file;
+#[cfg(feature = "panel")]
+pub mod panel;
 pub mod replay;
 pub mod run;
 pub mod size;
@@ -42,6 +44,9 @@ enum Command {
     Advise(advise::AdviseArgs),
     /// Tell inertia, friction and velocity gain of an axis from a recorded feed.
     Fit(fit::FitArgs),
+    /// Serve the commissioning panel to a browser.
+    #[cfg(feature = "panel")]
+    Panel(panel::PanelArgs),
     /// Run the block alone on recorded images, one JSON line a PLC cycle.
     Replay(replay::ReplayArgs),
     /// Run many machines at once, each with other values, and tell what becomes of their feeds.
@@ -73,6 +78,8 @@ fn dispatch() -> u8 {
         Some(Command::Advise(args)) => advise::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Fit(args)) => fit::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Sweep(args)) => sweep::run(&args),
+        #[cfg(feature = "panel")]
+        Some(Command::Panel(args)) => panel::run(&args).map_err(|sentence| (BAD_INPUT, sentence)),
         Some(Command::Replay(args)) => replay::run(args)
             .map(|()| true)
             .map_err(|error| (error.exit_code(), error.to_string())),

@@ -10,13 +10,13 @@ use crate::rig::RigConfig;
 #[derive(Debug, Clone, Args)]
 pub(super) struct ModelArgs {
     /// How closely inverter and measurements are modelled: f0 kinematic, f1 averaged, f2 with errors, f3 switched.
-    #[arg(long, value_name = "LEVEL", default_value_t = Fidelity::Averaged, conflicts_with = "port")]
+    #[arg(long, value_name = "LEVEL", default_value_t = Fidelity::Averaged)]
     fidelity: Fidelity,
     /// The film: rigid, or elastic between a braked roll and the roller.
-    #[arg(long, value_enum, default_value_t = FilmChoice::Rigid, conflicts_with = "port")]
+    #[arg(long, value_enum, default_value_t = FilmChoice::Rigid)]
     film: FilmChoice,
     /// Stiffness of the gear with its shafts at the output, 10…1000000 Nm/rad; rigid if not given.
-    #[arg(long, value_name = "NM_PER_RAD", value_parser = parse_stiffness, conflicts_with = "port")]
+    #[arg(long, value_name = "NM_PER_RAD", value_parser = parse_stiffness)]
     gear_stiffness: Option<f64>,
     /// Free play of the gear at its output, 0…60 arc minutes.
     #[arg(long, value_name = "ARCMIN", value_parser = parse_backlash, requires = "gear_stiffness")]

@@ -93,7 +93,7 @@ pub struct RunArgs {
     plot: Option<PathBuf>,
     /// Run in real time against whatever answers on this line: a serial device, or tcp://host:port of a serial-device
     /// server.
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", conflicts_with_all = ["fidelity", "film", "gear_stiffness"])]
     port: Option<PortName>,
     #[command(flatten)]
     model: ModelArgs,

@@ -157,6 +157,26 @@ impl Film {
         self.passed
     }
 
+    /// Marks whose leading edge lies from `before_mm` before the reader to `behind_mm` behind it: how far each is before it, mm, and
+    /// whether it is printed.
+    pub fn marks_near(&mut self, before_mm: f64, behind_mm: f64) -> Vec<(f64, bool)> {
+        let mut number = self.passed;
+        while number > 0 && self.position_mm - self.marks.leading_mm(number - 1) <= behind_mm {
+            number -= 1;
+        }
+        let mut near = Vec::new();
+        loop {
+            let ahead_mm = self.marks.leading_mm(number) - self.position_mm;
+            if ahead_mm > before_mm {
+                return near;
+            }
+            if ahead_mm >= -behind_mm {
+                near.push((ahead_mm, self.marks.is_seen(number)));
+            }
+            number += 1;
+        }
+    }
+
     /// Moves the film with the shaft; tells when the reader switched, if it did.
     ///
     /// One edge a tick at the most: at 1200 mm/s the film moves 0.15 mm in 125 µs, a mark is millimetres long.
@@ -339,6 +359,18 @@ mod tests {
         let expected = 1150.0 * (1.0 + 18.75 / 8.0 / web.stiffness_n());
         assert!((edges[0].0 - expected).abs() < 0.005, "{edges:?} {expected}");
         assert!((film.torque_at_motor_nm() / (film.tension_n().unwrap_or(0.0) * 0.0285 / 7.0) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn marks_near_the_reader_are_told_with_their_distance() {
+        // Film-feed specification, section 6: threaded with a mark 50 mm behind the reader; the next comes 1150 mm ahead.
+        let mut film = film();
+        assert_eq!(film.marks_near(1200.0, 100.0), [(-50.0, true), (1150.0, true)]);
+        assert_eq!(film.marks_near(1000.0, 10.0), []);
+        edges(&mut film, 0.0, 1200.0);
+        let near = film.marks_near(200.0, 1300.0);
+        assert_eq!(near.len(), 2);
+        assert!((near[1].0 + 50.0).abs() < 1e-6, "{near:?}");
     }
 
     #[test]

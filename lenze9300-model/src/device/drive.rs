@@ -737,6 +737,12 @@ impl Drive {
         self.axis.sample().position - self.reference
     }
 
+    /// Temperature of the heat sink, °C (C0061).
+    #[doc(alias = "Kühlkörpertemperatur")]
+    pub fn heat_sink_c(&self) -> f64 {
+        self.thermal.heat_sink_c()
+    }
+
     /// State of the traversing program.
     pub fn traverse_status(&self) -> TraverseStatus {
         self.traverse.status()

@@ -1,0 +1,20 @@
+//! The commissioning panel: one page in the browser, served by this program, live over a WebSocket.
+//!
+//! ```text
+//!   browser ◄── frames, 20 a second ──┐            ┌── orders ──► engine (a thread): the rig in paced virtual time
+//!      └────── orders ──────► server (axum) ◄──────┘◄── frames ──┘
+//! ```
+//!
+//! The engine never waits for anybody: a client that does not take its frames is dropped. Who may change something is decided in
+//! [`access`]; what can be asked and told is in [`protocol`].
+
+pub mod access;
+mod engine;
+mod feeds;
+pub mod protocol;
+mod server;
+mod snapshot;
+
+pub use access::{Access, AccessRefused, PanelError};
+pub use engine::Engine;
+pub use server::{Panel, serve};

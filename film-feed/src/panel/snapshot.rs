@@ -1,0 +1,170 @@
+//! What the page sees, read off the rig.
+
+use std::f64::consts::TAU;
+use std::sync::PoisonError;
+
+use dp_master::dp::SlaveState;
+use drivecom::State;
+use drivecom::petri::{PARAMETER_TRANSITIONS, Puts};
+use lenze9300_model::access::CodePlace;
+use lenze9300_model::code::CODE_TABLE;
+use lenze9300_model::device::Fault;
+use lenze9300_model::plant::ShaftAngle;
+use lenze9300_model::signal::Signal;
+use lenze9300_model::units::INC_PER_REV;
+
+use super::engine::{Plant, input_values};
+use super::protocol::{
+    BusView, DriveView, FaultView, Frame, Hello, INPUTS, MachineView, NetRow, OutputView, ParameterView, TransitionInfo,
+};
+use crate::report::TOLERANCE_MM;
+
+/// How far before and behind the reader the page shows the film, mm.
+const SHOWN_MM: f64 = 1300.0;
+
+pub(super) fn hello() -> Hello {
+    Hello {
+        version: env!("CARGO_PKG_VERSION"),
+        inputs: INPUTS.to_vec(),
+        signals: Signal::ALL
+            .iter()
+            .map(|signal| [signal.name(), signal.unit(), signal.meaning()])
+            .collect(),
+        tolerance_mm: TOLERANCE_MM,
+        faults: Fault::ALL.iter().map(|fault| fault.display()).collect(),
+        states: State::ALL.iter().map(|state| state.name()).collect(),
+        codes: CODE_TABLE
+            .iter()
+            .map(|entry| {
+                let place = CodePlace::new(entry.number, entry.first_subcode);
+                [place.to_string(), entry.unit.to_owned(), entry.name.to_owned()]
+            })
+            .collect(),
+        transitions: drivecom::TRANSITIONS
+            .iter()
+            .map(|transition| TransitionInfo {
+                id: transition.id.to_string(),
+                from: transition.from.iter().map(State::name).collect(),
+                to: transition.to.name(),
+            })
+            .collect(),
+        net: PARAMETER_TRANSITIONS
+            .iter()
+            .map(|transition| NetRow {
+                n: transition.number,
+                takes: transition.takes.iter().collect(),
+                puts: match transition.puts {
+                    Puts::Places(places) => places.iter().collect(),
+                    Puts::Choice { then, otherwise, .. } => then.iter().chain(otherwise.iter()).collect(),
+                },
+            })
+            .collect(),
+    }
+}
+
+pub(super) fn frame(plant: &mut Plant) -> Frame {
+    let samples = plant.recorder.take();
+    let feeds = plant.recorder.judge.take();
+    let inputs = input_values(plant.rig.inputs_mut());
+    let rig = &plant.rig;
+    let mut film = rig.film().clone();
+    let sample = *rig.drive().axis().sample();
+    let mm_per_rad = film.mm_per_increment() * INC_PER_REV as f64 / TAU;
+    let turns = sample.angle.offset_from(ShaftAngle::default()) / INC_PER_REV as f64;
+    let outputs = rig.outputs();
+    let machine = MachineView {
+        film_mm: film.position_mm(),
+        roller_rad: turns / 7.0 * TAU,
+        speed_mm_s: sample.omega_true * mm_per_rad,
+        marks: film.marks_near(SHOWN_MM, SHOWN_MM),
+        reader: film.reader_level(),
+        feeds,
+    };
+    let mut heard = plant.heard.lock().unwrap_or_else(PoisonError::into_inner);
+    let statistics = rig.master().statistics();
+    Frame {
+        seq: plant.seq,
+        time_s: rig.now_ns() as f64 / 1e9,
+        factor: plant.factor,
+        samples,
+        machine,
+        inputs,
+        outputs: OutputView {
+            switched_on: outputs.switched_on,
+            drive_ready: outputs.drive_ready,
+            error: outputs.error,
+            running: outputs.running,
+            job_finished: outputs.job_finished,
+            speed_percent: f64::from(outputs.speed_percent),
+            position_mm: Some(f64::from(outputs.position_mm)).filter(|mm| mm.is_finite()),
+        },
+        drive: drive(plant),
+        parameters: parameters(plant),
+        bus: BusView {
+            baud: rig.line().baud().bits_per_second(),
+            slave: slave_name(rig.slave_state()),
+            cycle_us: statistics.mean_cycle.as_nanos() as f64 / 1000.0,
+            telegrams: statistics.sent + statistics.received,
+            retries: statistics.retries,
+            plugged: plant.plugged,
+            bit_error_rate: plant.bit_error_rate,
+            heard: heard.drain(..).collect(),
+        },
+    }
+}
+
+fn drive(plant: &Plant) -> DriveView {
+    let (drive, module) = (plant.rig.drive(), plant.rig.module());
+    let sample = drive.axis().sample();
+    let view = |number: u16, fault: Fault| FaultView {
+        number,
+        name: fault.display(),
+        cause: fault.cause(),
+        remedy: fault.remedy(),
+    };
+    let number = drive.shown_fault();
+    DriveView {
+        state: module.state().name(),
+        control_word: module.control_word().0,
+        status_word: module.status_word().0,
+        diagnosis: drive.diagnosis(),
+        fault: Fault::from_lecom_number(number)
+            .filter(|_| number != 0)
+            .map(|(fault, _)| view(number, fault)),
+        history: drive
+            .fault_memory()
+            .entries()
+            .map(|entry| view(entry.lecom_number(), entry.fault))
+            .collect(),
+        record: drive.traverse_status().record,
+        dc_link_v: sample.u_dc,
+        current_a: sample.current_rms(),
+        heat_sink_c: drive.heat_sink_c(),
+        terminal_28: drive.terminals().x5_28,
+    }
+}
+
+fn parameters(plant: &Plant) -> ParameterView {
+    let (block, watch) = (plant.rig.block(), plant.rig.parameter_watch());
+    let hex = |octets: [u8; 8]| dp_master::wire::Hex(&octets).to_string();
+    ParameterView {
+        marked: block.marking().places().iter().collect(),
+        telegram: block.telegram_counter(),
+        sent: hex(block.parameter_sent().to_bytes()),
+        received: hex(block.parameter_received().to_bytes()),
+        rounds: watch.rounds(),
+        round_ms: plant.rounds.last_ms,
+        troubles: watch
+            .troubles()
+            .iter()
+            .map(|trouble| format!("{}: {}", trouble.code, trouble.what))
+            .collect(),
+    }
+}
+
+fn slave_name(state: SlaveState) -> String {
+    match state {
+        SlaveState::DataExchange => "data exchange".to_owned(),
+        other => format!("{other:?}").to_lowercase(),
+    }
+}
