@@ -1,6 +1,6 @@
 //! `film-feed fit`: what a recorded feed tells of its axis.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::PathBuf;
 
 use clap::Args;
@@ -10,8 +10,8 @@ use crate::fit::{self, References, Trace};
 /// What `film-feed fit` takes.
 #[derive(Debug, Clone, Args)]
 pub struct FitArgs {
-    /// A trace with time, speed and torque: of `film-feed run --trace`, or exported by Global Drive Control.
-    #[arg(value_name = "TRACE.csv")]
+    /// A trace with time, speed and torque: of `film-feed run --trace` (CSV or Parquet), or exported by Global Drive Control.
+    #[arg(value_name = "TRACE")]
     trace: PathBuf,
     /// Print the report as one JSON object.
     #[arg(long)]
@@ -48,13 +48,22 @@ fn within<const FROM: u32, const TO: u32>(text: &str) -> Result<f64, String> {
 /// One sentence when the file cannot be read.
 pub fn run(args: &FitArgs) -> Result<bool, String> {
     let shown = args.trace.display();
-    let octets = fs::read(&args.trace).map_err(|error| format!("{shown} cannot be read: {error}"))?;
     let references = References {
         n_max_rpm: args.n_max,
         torque_nm: args.torque_reference,
         torque_constant_nm_a: args.torque_constant,
     };
-    let trace = Trace::read(&octets, &references).map_err(|error| format!("{shown}: {error}"))?;
+    let unreadable = |error| format!("{shown} cannot be read: {error}");
+    let is_parquet = args
+        .trace
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
+    let trace = if is_parquet {
+        Trace::read_parquet(File::open(&args.trace).map_err(unreadable)?, &references)
+    } else {
+        Trace::read(&fs::read(&args.trace).map_err(unreadable)?, &references)
+    };
+    let trace = trace.map_err(|error| format!("{shown}: {error}"))?;
     let report = match fit::fit(&trace, args.window / 1000.0) {
         Ok(report) => report,
         Err(error) => {

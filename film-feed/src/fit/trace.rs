@@ -3,6 +3,9 @@
 use std::f64::consts::{SQRT_2, TAU};
 
 use lenze9300_model::units::INC_PER_REV;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
+use parquet::record::RowAccessor;
 use thiserror::Error;
 
 /// What the numbers of a trace that come without a physical unit refer to.
@@ -104,6 +107,9 @@ pub enum TraceError {
         /// The mean step.
         expected_s: f64,
     },
+    /// It is no Parquet file, or holds other than numbers.
+    #[error("it cannot be read as Parquet: {0}")]
+    Parquet(String),
     /// There are too few rows.
     #[error("there are {rows} rows, at least 3 are needed")]
     TooShort {
@@ -192,6 +198,56 @@ impl Trace {
                 })?);
             }
         }
+        Self::assemble(&columns, &values, &numbers_of_lines, references)
+    }
+
+    /// Reads a trace that `film-feed run --trace` or `lenze9300 serve` wrote as Parquet; units stand in the names or in the metadata as
+    /// `unit:NAME`. Mistakes name rows, from 1, as lines.
+    ///
+    /// # Errors
+    /// [`TraceError`].
+    pub fn read_parquet(from: impl ChunkReader + 'static, references: &References) -> Result<Self, TraceError> {
+        let broken = |error: ParquetError| TraceError::Parquet(error.to_string());
+        let reader = SerializedFileReader::new(from).map_err(broken)?;
+        let metadata = reader.metadata().file_metadata();
+        let units = metadata.key_value_metadata().cloned().unwrap_or_default();
+        let fields = metadata.schema().get_fields();
+        let columns: Vec<Column> = fields
+            .iter()
+            .enumerate()
+            .filter_map(|(place, field)| {
+                let key = format!("unit:{}", field.name());
+                let unit = units
+                    .iter()
+                    .find(|pair| pair.key == key)
+                    .and_then(|pair| pair.value.clone());
+                let heading = match unit {
+                    Some(unit) => format!("{} [{unit}]", field.name()),
+                    None => field.name().to_owned(),
+                };
+                column(&heading, place)
+            })
+            .collect();
+        if !names_time_and_speed(&columns) {
+            return Err(TraceError::NoHeading);
+        }
+        let mut values: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
+        for row in reader.get_row_iter(None).map_err(broken)? {
+            let row = row.map_err(broken)?;
+            for (column, values) in columns.iter().zip(&mut values) {
+                values.push(row.get_double(column.place).map_err(broken)?);
+            }
+        }
+        let numbers: Vec<usize> = (1..=values[0].len()).collect();
+        Self::assemble(&columns, &values, &numbers, references)
+    }
+
+    fn assemble(
+        columns: &[Column],
+        values: &[Vec<f64>],
+        numbers_of_lines: &[usize],
+        references: &References,
+    ) -> Result<Self, TraceError> {
         let of = |quantity| {
             let place = columns.iter().position(|column| column.quantity == quantity)?;
             Some((&columns[place], &values[place]))
@@ -218,7 +274,7 @@ impl Trace {
             what: "time",
             known: "time, t, Zeit",
         })?;
-        let dt_s = spacing(&times, &numbers_of_lines)?;
+        let dt_s = spacing(&times, numbers_of_lines)?;
 
         let rpm = TAU / 60.0;
         let speed_units = [
@@ -299,20 +355,25 @@ fn heading(line: &str) -> Option<(char, Vec<Column>)> {
     let columns: Vec<Column> = line
         .split(separator)
         .enumerate()
-        .filter_map(|(place, field)| {
-            let field = field.trim().trim_matches('"');
-            let (name, unit) = name_and_unit(field);
-            let quantity = NAMES.iter().find(|(known, _)| *known == name)?.1;
-            Some(Column {
-                heading: field.to_owned(),
-                quantity,
-                unit,
-                place,
-            })
-        })
+        .filter_map(|(place, field)| column(field.trim().trim_matches('"'), place))
         .collect();
+    names_time_and_speed(&columns).then_some((separator, columns))
+}
+
+fn column(heading: &str, place: usize) -> Option<Column> {
+    let (name, unit) = name_and_unit(heading);
+    let quantity = NAMES.iter().find(|(known, _)| *known == name)?.1;
+    Some(Column {
+        heading: heading.to_owned(),
+        quantity,
+        unit,
+        place,
+    })
+}
+
+fn names_time_and_speed(columns: &[Column]) -> bool {
     let has = |quantity| columns.iter().any(|column| column.quantity == quantity);
-    (has(Quantity::Time) && has(Quantity::Speed)).then_some((separator, columns))
+    has(Quantity::Time) && has(Quantity::Speed)
 }
 
 /// `MCTRL-NACT [%]`, `N-ACT 1/min`, `torque_nm`: the name in small letters and digits only, the unit in small letters.

@@ -163,6 +163,16 @@ fn the_command_fits_what_run_has_recorded() {
     ];
     assert!(film_feed(&args).status.success());
 
+    // The same as Parquet gives the same: units in the names, or in the metadata.
+    let parquet = path("signals.parquet");
+    let mut args = args;
+    args[6] = &parquet;
+    assert!(film_feed(&args).status.success());
+    assert_eq!(
+        film_feed(&["fit", &parquet, "--json"]).stdout,
+        film_feed(&["fit", &signals, "--json"]).stdout
+    );
+
     for (trace, tolerance) in [(&ours, 0.01), (&signals, 0.04)] {
         let output = film_feed(&["fit", trace, "--json"]);
         assert_eq!(
