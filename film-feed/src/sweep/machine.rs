@@ -6,7 +6,6 @@ use toml::{Table, Value};
 
 use super::parameter::{self, Place, Setting};
 use super::{Outcome, Row, SweepSpec};
-use crate::catalogue::Catalogue;
 use crate::machine_file::MachineFile;
 use crate::operator::FeedPlan;
 use crate::rig::RigConfig;
@@ -107,7 +106,7 @@ impl SweepSpec {
             }
         }
         // Lines of this text stand in no file; the key that is wrong is named.
-        let machine = MachineFile::read(&file.to_string(), &Catalogue::built_in()).map_err(|error| {
+        let machine = MachineFile::read(&file.to_string(), &self.catalogue).map_err(|error| {
             let what = error.mistakes.first().map(|mistake| mistake.what.clone());
             what.unwrap_or_else(|| error.to_string())
         })?;

@@ -26,13 +26,14 @@
 //! | key | meaning |
 //! |---|---|
 //! | `machine` | a MACHINE.toml ([`crate::machine_file`]), its path seen from the SPEC |
+//! | `catalogue` | a file with further motors and drives ([`crate::catalogue`]), likewise |
 //! | `layout` | `"grid"`: every value with every other; `"random"`: `count` points of a scrambled Sobol sequence (Burley 2020); `"list"`: the first values together, then the second ones |
 //! | `count` | points of a random layout, 1…65 536 |
 //! | `feeds` | feeds of a machine |
 //! | `seed` | of the random layout, and of the machines |
 //! | `seeds` | `"each"`: every machine has its own marks, noise and times; `"same"`: all have those of `seed`, so that only the parameters differ (`"each"`) |
 //! | `[set]` | parameters that are the same for all machines |
-//! | `[[parameter]]` | `name`, and `values`, or `from` and `to`, with `steps` in a grid, `scale = "linear"` or `"log"` (`"linear"`), and `step`, of which values are whole multiples (none) |
+//! | `[[parameter]]` | `name`, and `values`, or `from` and `to`, with `steps` in a grid, `scale = "linear"` or `"log"` (`"linear"`), and `step`, of which values are whole multiples (none; that of the code for codes) |
 //!
 //! Parameters have dotted names: every key of a MACHINE.toml with its table in front (`mechanics.friction_nm`, `bus.baud`,
 //! `marks.reader_delay_us`, `codes.C0070`), and those of [`run_parameters`], which a machine file does not have.

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use lenze9300_model::code::{Form, entry};
+use lenze9300_model::code::{Domain, Form, entry};
 use lenze9300_model::plant::Fidelity;
 
 use crate::machine::WebParams;
@@ -196,9 +196,14 @@ pub(super) fn step(name: &str) -> f64 {
         return 0.0;
     };
     let number = code.split('/').next().and_then(|digits| digits.parse().ok());
-    match number.and_then(entry).map(|entry| entry.form) {
-        Some(Form::FixedPoint4) => 1e-4,
-        Some(Form::Plain) => 1.0,
-        None => 0.0,
-    }
+    number.and_then(entry).map_or(0.0, |entry| {
+        let least = match entry.form {
+            Form::FixedPoint4 => 1e-4,
+            Form::Plain => 1.0,
+        };
+        match entry.domain {
+            Domain::Range { step, .. } => least * f64::from(step),
+            Domain::Selection(_) => least,
+        }
+    })
 }

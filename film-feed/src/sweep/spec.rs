@@ -26,6 +26,7 @@ use crate::toml_section::Section;
 #[derive(Debug, Clone)]
 pub struct SweepSpec {
     pub(super) machine: Table,
+    pub(super) catalogue: Catalogue,
     pub(super) feeds: u32,
     pub(super) seed: u32,
     pub(super) seeds: Seeds,
@@ -62,13 +63,13 @@ const MOST_RANDOM_POINTS: i64 = 65_536;
 const MOST_PARAMETERS: usize = sobol_burley::NUM_DIMENSIONS as usize;
 
 impl SweepSpec {
-    /// Reads a SPEC.toml; `machine_text` fetches the MACHINE.toml it names, and says in a sentence why it cannot.
+    /// Reads a SPEC.toml; `fetch` gets the text of the MACHINE.toml and the catalogue that it names, and says in a sentence why it cannot.
     ///
     /// # Errors
     /// [`FileError`] with every mistake of the SPEC; a machine with mistakes is one of them. Whether all points are possible tells
     /// [`check`](super::check).
-    pub fn read(text: &str, machine_text: impl FnOnce(&str) -> Result<String, String>) -> Result<Self, FileError> {
-        Reader::read(text, |reader, table| read(reader, table, text, machine_text))
+    pub fn read(text: &str, mut fetch: impl FnMut(&str) -> Result<String, String>) -> Result<Self, FileError> {
+        Reader::read(text, |reader, table| read(reader, table, text, &mut fetch))
     }
 
     /// How many points there are.
@@ -105,10 +106,11 @@ fn read<'a>(
     reader: &mut Reader<'a>,
     table: &DeTable<'a>,
     text: &str,
-    machine_text: impl FnOnce(&str) -> Result<String, String>,
+    fetch: &mut dyn FnMut(&str) -> Result<String, String>,
 ) -> Option<SweepSpec> {
     let mut top = Section::new(reader, table, "", 0..0);
     let machine_at = top.take("machine");
+    let catalogue_at = top.take("catalogue");
     let words = [("grid", Word::Grid), ("random", Word::Random), ("list", Word::List)];
     let word = top.choice("layout", &words, Word::Grid);
     let count = top.take("count");
@@ -138,7 +140,8 @@ fn read<'a>(
     }
     top.finish();
 
-    let (machine, machine_text) = read_machine(reader, machine_at, machine_text);
+    let (catalogue, catalogue_text) = read_catalogue(reader, catalogue_at, fetch);
+    let (machine, machine_text) = read_machine(reader, machine_at, &catalogue, fetch);
     let set = set.map_or_else(Vec::new, |value| read_set(reader, value));
     let parameters = match parameters {
         Some(value) => read_parameters(reader, value, layout),
@@ -161,13 +164,14 @@ fn read<'a>(
     }
     let spec = SweepSpec {
         machine: machine?,
+        catalogue,
         feeds,
         seed,
         seeds,
         layout,
         set,
         parameters,
-        fingerprint: fingerprint(&[env!("CARGO_PKG_VERSION"), text, &machine_text]),
+        fingerprint: fingerprint(&[env!("CARGO_PKG_VERSION"), text, &machine_text, &catalogue_text]),
     };
     let points = layout::points(layout, &spec.ranges());
     if points.is_none_or(|points| points > MOST_POINTS) {
@@ -187,11 +191,41 @@ enum Word {
     List,
 }
 
+/// The built-in catalogue with what the file adds, and the text of that.
+fn read_catalogue<'a>(
+    reader: &mut Reader<'a>,
+    at: Option<&Spanned<DeValue<'a>>>,
+    fetch: &mut dyn FnMut(&str) -> Result<String, String>,
+) -> (Catalogue, String) {
+    let mut catalogue = Catalogue::built_in();
+    let Some(value) = at else {
+        return (catalogue, String::new());
+    };
+    let Some(path) = reader.text(value, "catalogue") else {
+        return (catalogue, String::new());
+    };
+    let read = fetch(path).and_then(|text| {
+        let more = Catalogue::read(&text).map_err(|error| error.to_string())?;
+        Ok((more, text))
+    });
+    match read {
+        Ok((more, text)) => {
+            catalogue.add(more);
+            (catalogue, text)
+        }
+        Err(why) => {
+            reader.mistake(value.span(), format!("catalogue: {why}"));
+            (catalogue, String::new())
+        }
+    }
+}
+
 /// The machine as a tree, and its text.
 fn read_machine<'a>(
     reader: &mut Reader<'a>,
     at: Option<&Spanned<DeValue<'a>>>,
-    fetch: impl FnOnce(&str) -> Result<String, String>,
+    catalogue: &Catalogue,
+    fetch: &mut dyn FnMut(&str) -> Result<String, String>,
 ) -> (Option<Table>, String) {
     let mistake = |reader: &mut Reader<'a>, what: String| {
         reader.mistake(at.map_or(0..0, Spanned::span), what);
@@ -209,7 +243,7 @@ fn read_machine<'a>(
             }
         }
     };
-    if let Err(error) = MachineFile::read(&text, &Catalogue::built_in()) {
+    if let Err(error) = MachineFile::read(&text, catalogue) {
         return mistake(reader, format!("machine: {error}"));
     }
     match text.parse() {

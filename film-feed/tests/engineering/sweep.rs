@@ -199,7 +199,7 @@ values = []
     for expected in [
         "line 2: feeds: expected 1 to 1000, got 0",
         "line 3: count: only a random layout has one; leave it out",
-        "line 4: `sped` is unknown here; allowed are machine, layout, count, feeds, seed, seeds, set, parameter",
+        "line 4: `sped` is unknown here; allowed are machine, catalogue, layout, count, feeds, seed, seeds, set, parameter",
         "line 6: set: `run.fidelty` is unknown; beside the keys of a MACHINE.toml there are run.fidelity, run.bit_error_rate,",
         "line 7: parameter.to is missing; expected is a number from",
         "line 10: parameter.steps: expected 2 to 1000000, got 1",
@@ -266,6 +266,51 @@ fn the_example_of_the_documentation_can_run() {
                 .starts_with(&format!("{name}: expected "))
         );
     }
+}
+
+#[test]
+fn the_documentation_names_every_parameter_and_column() {
+    let text = include_str!("../../../docs/sweeps.md");
+    let outputs = sweep::OUTPUTS.iter().map(|output| output.name);
+    for name in sweep::run_parameters().map(|(name, ..)| name).chain(outputs) {
+        assert!(text.contains(&format!("| `{name}` |")), "{name}");
+    }
+}
+
+/// Codes take values of their own step, whatever the Sobol point says.
+#[test]
+fn codes_are_varied_in_their_own_steps_and_motors_come_from_a_catalogue() {
+    let text = r#"
+        layout = "random"
+        count = 64
+        catalogue = "motors.toml"
+        [set]
+        motor.name = "mine"
+        [[parameter]]
+        name = "codes.C0254"
+        from = 0.2
+        to = 0.8
+    "#;
+    let mine = include_str!("../../catalogue/motors.toml").replace("\"MDSKS036-13\"", "\"mine\"");
+    let spec = SweepSpec::read(text, |path| match path {
+        "motors.toml" => Ok(mine.clone()),
+        other => Err(format!("{other} is not there")),
+    })
+    .unwrap_or_else(|error| panic!("{error}"));
+    let all: Vec<u64> = (1..=64).collect();
+    sweep::check(&spec, &all).unwrap_or_else(|error| panic!("{error}"));
+    for point in all {
+        let machine = spec.machine(point).unwrap();
+        let Setting::Number(wanted) = machine.settings[0] else {
+            panic!("{:?}", machine.settings)
+        };
+        // What the row says is what the drive has.
+        assert_eq!(machine.rig.drive.codes.number(254, 0), wanted);
+    }
+    let error = SweepSpec::read(text, |_| Err("it is not there".to_owned()))
+        .unwrap_err()
+        .to_string();
+    assert!(error.starts_with("line 4: catalogue: it is not there"), "{error}");
 }
 
 struct Scratch(PathBuf);
