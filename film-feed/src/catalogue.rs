@@ -73,6 +73,9 @@ pub struct Motor {
     pub winding_tau_s: f64,
     /// Time constant of the housing, s, 1…10⁵ (1200).
     pub housing_tau_s: f64,
+    /// Points of the S1 curve in ascending order of the speed: `s1_rpm` and `s1_nm`, two lists of the same length, 1/min and Nm. Without
+    /// them the curve is the straight line from M_0 at standstill to M_N at n_N.
+    pub s1: Vec<[f64; 2]>,
     /// Keys whose number has no source.
     pub assumed: Vec<String>,
     /// Where the numbers are from, by key.
@@ -121,16 +124,39 @@ impl Motor {
         }
     }
 
-    /// Torque the motor gives for ever at a speed (S1 curve), Nm: the straight line from M_0 at standstill to M_N at n_N; none above.
+    /// Points of the S1 curve, 1/min and Nm; straight lines lie between them.
     ///
-    /// Interpretation: the curve itself was not found; its two ends are known.
+    /// Interpretation: of the thesis' motor the curve was not found; its two ends are known.
     #[doc(alias = "S1-Kennlinie")]
-    pub fn s1_torque_nm(&self, speed_rpm: f64) -> f64 {
-        let share = speed_rpm.abs() / self.rated_speed_rpm;
-        if share > 1.0 {
-            return 0.0;
+    pub fn s1_points(&self) -> Vec<[f64; 2]> {
+        if self.s1.is_empty() {
+            vec![
+                [0.0, self.standstill_torque_nm],
+                [self.rated_speed_rpm, self.rated_torque_nm],
+            ]
+        } else {
+            self.s1.clone()
         }
-        self.standstill_torque_nm + share * (self.rated_torque_nm - self.standstill_torque_nm)
+    }
+
+    /// Torque the motor gives for ever at a speed (S1 curve), Nm; as at the first point below it, none above the last.
+    pub fn s1_torque_nm(&self, speed_rpm: f64) -> f64 {
+        let speed_rpm = speed_rpm.abs();
+        let points = self.s1_points();
+        let Some([first_rpm, first_nm]) = points.first() else {
+            return 0.0;
+        };
+        if speed_rpm <= *first_rpm {
+            return *first_nm;
+        }
+        let piece = points.windows(2).find_map(|pair| match pair {
+            [[from_rpm, from_nm], [to_rpm, to_nm]] if speed_rpm <= *to_rpm => {
+                let share = (speed_rpm - from_rpm) / (to_rpm - from_rpm);
+                Some(from_nm + share * (to_nm - from_nm))
+            }
+            _ => None,
+        });
+        piece.unwrap_or(0.0)
     }
 
     /// Line-line voltage in V rms that a speed and a torque need: |E + (R + jωL)·I|, with the current in the q axis.
@@ -188,6 +214,7 @@ impl Motor {
             winding_max_c: section.real("winding_max_c", 40.0..=300.0, of(|m| m.winding_max_c).or(Some(150.0))),
             winding_tau_s: section.real("winding_tau_s", 1.0..=1e5, of(|m| m.winding_tau_s).or(Some(60.0))),
             housing_tau_s: section.real("housing_tau_s", 1.0..=1e5, of(|m| m.housing_tau_s).or(Some(1200.0))),
+            s1: s1(section, base),
             assumed: assumed(section, base.map(|motor| motor.assumed.as_slice())),
             sources: sources(section, base.map(|motor| &motor.sources)),
         };
@@ -416,6 +443,27 @@ fn required_name(section: &mut Section<'_, '_, '_>, name: Option<&str>) -> Strin
     name.unwrap_or_default().to_owned()
 }
 
+fn s1(section: &mut Section<'_, '_, '_>, base: Option<&Motor>) -> Vec<[f64; 2]> {
+    let rpm = section.reals("s1_rpm", 0.0..=20_000.0);
+    let nm = section.reals("s1_nm", 0.0..=10_000.0);
+    let (rpm, nm) = match (rpm, nm) {
+        (None, None) => return base.map(|motor| motor.s1.clone()).unwrap_or_default(),
+        (rpm, nm) => (rpm.unwrap_or_default(), nm.unwrap_or_default()),
+    };
+    let ascending = rpm.is_sorted_by(|one, next| one < next);
+    if section.is_sound() && (rpm.len() != nm.len() || rpm.len() < 2 || !ascending) {
+        section.mistake(
+            None,
+            format!(
+                "s1_rpm and s1_nm: expected two lists of the same length, 2 at least, the speeds ascending, got {} and {} numbers",
+                rpm.len(),
+                nm.len()
+            ),
+        );
+    }
+    rpm.into_iter().zip(nm).map(|(rpm, nm)| [rpm, nm]).collect()
+}
+
 fn assumed(section: &mut Section<'_, '_, '_>, base: Option<&[String]>) -> Vec<String> {
     let Some(value) = section.take("assumed") else {
         return base.unwrap_or_default().to_vec();
@@ -497,6 +545,43 @@ mod tests {
         assert!((motor.voltage_v(2814.5, 0.0) - 132.0).abs() < 0.5);
         assert!((motor.s1_torque_nm(2000.0) - 0.65).abs() < 1e-12);
         assert_eq!(motor.s1_torque_nm(4001.0), 0.0);
+    }
+
+    #[test]
+    fn an_s1_curve_of_points_is_followed_and_a_broken_one_refused() {
+        let with = |curve: &str| {
+            let text = include_str!("../catalogue/motors.toml").replace("assumed = ", &format!("{curve}\nassumed = "));
+            Catalogue::read(&text)
+        };
+        let catalogue = with("s1_rpm = [500, 3000, 4500]\ns1_nm = [0.7, 0.65, 0.2]").unwrap();
+        let motor = catalogue.motor("MDSKS036-13").unwrap();
+        for (rpm, nm) in [
+            (0.0, 0.7),
+            (500.0, 0.7),
+            (-1750.0, 0.675),
+            (3750.0, 0.425),
+            (4500.0, 0.2),
+            (4501.0, 0.0),
+        ] {
+            assert!((motor.s1_torque_nm(rpm) - nm).abs() < 1e-12, "{rpm}");
+        }
+        for broken in [
+            "s1_rpm = [500, 3000]",
+            "s1_rpm = [3000, 500]\ns1_nm = [1, 2]",
+            "s1_rpm = [1]\ns1_nm = [1]",
+        ] {
+            let told = with(broken).unwrap_err().to_string();
+            assert!(
+                told.contains("expected two lists of the same length, 2 at least"),
+                "{told}"
+            );
+        }
+        let told = with("s1_rpm = 5\ns1_nm = [1, true]").unwrap_err().to_string();
+        assert!(
+            told.contains("motor.s1_rpm: expected a list of numbers")
+                && told.contains("motor.s1_nm: expected a number"),
+            "{told}"
+        );
     }
 
     #[test]

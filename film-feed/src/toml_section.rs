@@ -80,6 +80,20 @@ impl<'r, 't, 'a> Section<'r, 't, 'a> {
         })
     }
 
+    /// A list of numbers, each within the range, if it is there.
+    pub(crate) fn reals(&mut self, key: &'static str, allowed: RangeInclusive<f64>) -> Option<Vec<f64>> {
+        let value = self.take(key)?;
+        let Some(array) = value.get_ref().as_array() else {
+            self.reader.wrong_type(value, &self.what(key), "a list of numbers");
+            return Some(Vec::new());
+        };
+        let what = self.what(key);
+        let numbers = array
+            .iter()
+            .filter_map(|element| self.reader.real(element, &what, allowed.clone()));
+        Some(numbers.collect())
+    }
+
     /// A whole number within its range, or `default` if it is not there; without a default it has to be.
     pub(crate) fn whole(
         &mut self,

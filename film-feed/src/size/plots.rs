@@ -35,10 +35,9 @@ pub fn torque_over_speed(machine: &MachineFile, sizing: &Sizing) -> Result<Strin
     let curve = |torque_nm: &dyn Fn(f64) -> f64| speeds().map(|rpm| (rpm, torque_nm(rpm))).collect::<Vec<_>>();
     let motor_nm = curve(&|rpm| limits.voltage_limit_nm(rpm));
     let drive_nm = curve(&|rpm| limits.peak_nm(rpm));
-    let s1_nm: Vec<_> = [0.0, motor.rated_speed_rpm, motor.rated_speed_rpm]
-        .into_iter()
-        .zip([motor.standstill_torque_nm, motor.rated_torque_nm, 0.0])
-        .collect();
+    let mut s1_nm: Vec<_> = motor.s1_points().iter().map(|[rpm, nm]| (*rpm, *nm)).collect();
+    // Down to nothing where it ends.
+    s1_nm.extend(s1_nm.last().map(|(rpm, _)| (*rpm, 0.0)));
     let points: Vec<(f64, f64)> = cycle
         .phases
         .iter()

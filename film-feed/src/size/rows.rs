@@ -149,7 +149,7 @@ fn torque(machine: &MachineFile, cycle: &LoadCycle) -> Vec<Row> {
             "RMS torque, against S1 at the mean speed",
             (rms_nm, "Nm"),
             Limit::AtMost(motor.s1_torque_nm(mean_rpm)),
-            "√(Σ M²·t/T); S1 from M_0 to M_N in a straight line",
+            "√(Σ M²·t/T); S1 in straight lines between its points, from M_0 to M_N without",
         ),
     ]);
     rows
