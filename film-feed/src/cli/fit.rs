@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::fit::{self, References, Trace};
+use crate::fit::{self, FitOptions, References, Trace};
 
 /// What `film-feed fit` takes.
 #[derive(Debug, Clone, Args)]
@@ -19,6 +19,9 @@ pub struct FitArgs {
     /// Length of the windows over which momentum is balanced, 1…100 ms. Short ones are noisy, long ones blur the ramps.
     #[arg(long, value_name = "MS", default_value_t = 10.0, value_parser = within::<1, 100>)]
     window: f64,
+    /// Integral time of the speed controller, C0071, above 0…10000 ms; used when the trace has no speed set-value.
+    #[arg(long, value_name = "MS", default_value_t = 1e3 * FitOptions::default().speed_tn_s, value_parser = within::<0, 10_000>)]
+    speed_tn: f64,
     /// 100 % of a speed in percent: C0011, 1…20000 1/min.
     #[arg(long, value_name = "RPM", default_value_t = References::default().n_max_rpm, value_parser = within::<1, 20_000>)]
     n_max: f64,
@@ -64,7 +67,11 @@ pub fn run(args: &FitArgs) -> Result<bool, String> {
         Trace::read(&fs::read(&args.trace).map_err(unreadable)?, &references)
     };
     let trace = trace.map_err(|error| format!("{shown}: {error}"))?;
-    let report = match fit::fit(&trace, args.window / 1000.0) {
+    let options = FitOptions {
+        window_s: args.window / 1000.0,
+        speed_tn_s: args.speed_tn / 1000.0,
+    };
+    let report = match fit::fit(&trace, &options) {
         Ok(report) => report,
         Err(error) => {
             eprintln!("film-feed: {shown}: {error}");

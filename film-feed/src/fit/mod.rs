@@ -1,11 +1,11 @@
 //! What a recorded feed tells of its axis: inertia, friction, velocity gain, each with its standard error.
 //!
 //! - Inertia and friction by [`identify_mechanics`], the momentum balance over windows of some milliseconds.
-//! - k_v from the law of the position controller, n_set = n_forward + k_v · following error, by least squares; the trace needs the speed
-//!   set-value (MCTRL-NSET2) for that.
+//! - k_v from the law of the position controller, n_set = n_forward + k_v · following error, by least squares, if the trace has the speed
+//!   set-value (MCTRL-NSET2). Without it from the torque, by the law of the speed controller, with its integral time known.
 //!
 //! ```
-//! use film_feed::fit::{References, Trace, fit};
+//! use film_feed::fit::{FitOptions, References, Trace, fit};
 //!
 //! // 1e-4 kg m² against 0.05 Nm: 0.2 s up with 500 rad/s², 0.2 s at 100 rad/s.
 //! let mut csv = "Time [ms];N-ACT [rad/s];M-ACT [Nm]\n".to_owned();
@@ -14,17 +14,17 @@
 //!     csv += &format!("{ms};{omega};{torque}\n").replace('.', ",");
 //! }
 //! let trace = Trace::read(csv.as_bytes(), &References::default())?;
-//! let report = fit(&trace, 0.01)?;
+//! let report = fit(&trace, &FitOptions::default())?;
 //! assert!((report.inertia_kg_m2.value - 1e-4).abs() < 2e-6);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod gain;
 mod trace;
 
 use std::fmt;
 
 use lenze9300_model::control::tuning::{IdentifyError, TraceSample, identify_mechanics};
-use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -66,14 +66,45 @@ pub struct FitReport {
     pub notes: Vec<String>,
 }
 
+/// How a trace is fitted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FitOptions {
+    /// Length of the windows of the momentum balance, s.
+    pub window_s: f64,
+    /// Integral time of the speed controller (C0071), s.
+    pub speed_tn_s: f64,
+}
+
+/// Windows of 10 ms; C0071 = 20 ms (film-feed specification, section 5).
+impl Default for FitOptions {
+    fn default() -> Self {
+        FitOptions {
+            window_s: 0.01,
+            speed_tn_s: 0.02,
+        }
+    }
+}
+
+/// What a velocity gain was reckoned from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GainSource {
+    /// The speed set-value.
+    SpeedSetValue,
+    /// The torque, through the speed controller.
+    Torque,
+}
+
 /// The velocity gain of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct GainFit {
     /// Velocity gain, 1/s.
     pub per_s: Estimate,
+    /// What it was reckoned from.
+    pub from: GainSource,
     /// The code C0254 that makes it (125 1/s for 1, assumed).
     pub c0254: f64,
-    /// Share of the speed set-value's variation, beside the interpolator's, that the following error explains.
+    /// Share of the variation of the speed set-value beside the interpolator's, or of the torque, that is explained.
     pub r_squared: f64,
     /// Film, or whatever the file's unit of length is, per radian of the motor, as the trace shows it; none for increments.
     pub length_per_rad: Option<f64>,
@@ -88,11 +119,11 @@ pub enum FitError {
     Mechanics(#[from] IdentifyError),
 }
 
-/// Fits a trace; windows are `window_s` long, at least one row.
+/// Fits a trace; windows are at least one row long.
 ///
 /// # Errors
 /// [`FitError`]. A k_v that cannot be told is no error, its reason is a note.
-pub fn fit(trace: &Trace, window_s: f64) -> Result<FitReport, FitError> {
+pub fn fit(trace: &Trace, options: &FitOptions) -> Result<FitReport, FitError> {
     let samples: Vec<TraceSample> = trace
         .torque_nm
         .iter()
@@ -108,7 +139,7 @@ pub fn fit(trace: &Trace, window_s: f64) -> Result<FitReport, FitError> {
     } else {
         samples
     };
-    let window = (window_s / trace.dt_s).round().max(1.0) as usize;
+    let window = (options.window_s / trace.dt_s).round().max(1.0) as usize;
     let found = identify_mechanics(&samples, trace.dt_s, window)?;
     let estimate = |value, standard_error| Estimate { value, standard_error };
     let mut notes = Vec::new();
@@ -119,8 +150,16 @@ pub fn fit(trace: &Trace, window_s: f64) -> Result<FitReport, FitError> {
             trace.dt_s * 1e3
         ));
     }
-    let k_v = match gain(trace) {
-        Ok(gain) => Some(gain),
+    let k_v = match gain::gain(trace, options.speed_tn_s) {
+        Ok(gain) => {
+            if gain.from == GainSource::Torque {
+                notes.push(format!(
+                    "k_v was reckoned from the torque, with T_n = {} ms (C0071): it may be some 10 % off; record MCTRL-NSET2 for a better one",
+                    options.speed_tn_s * 1e3
+                ));
+            }
+            Some(gain)
+        }
         Err(why) => {
             notes.push(format!("k_v: {why}"));
             None
@@ -149,121 +188,6 @@ fn centred(mut samples: Vec<TraceSample>) -> Vec<TraceSample> {
     }
     samples
 }
-
-/// k_v by least squares of n_set − n_forward on the following error, with a constant for what is left of either's zero.
-fn gain(trace: &Trace) -> Result<GainFit, String> {
-    let missing = |what: &str| {
-        format!("the trace has no {what}; record MCTRL-NSET2, POS-NOUT and POS-ERR (or POS-SETP and POS-ACT)")
-    };
-    let set = trace
-        .omega_set_rad_s
-        .as_ref()
-        .ok_or_else(|| missing("speed set-value"))?;
-    let forward = trace
-        .omega_forward_rad_s
-        .as_ref()
-        .ok_or_else(|| missing("speed of the interpolator"))?;
-    let error = trace
-        .following_error
-        .as_ref()
-        .ok_or_else(|| missing("following error"))?;
-    let length_per_rad = match error.rad_per_unit {
-        Some(_) => None,
-        None => Some(length_per_rad(trace, error).ok_or_else(|| {
-            "the following error is a length, and without POS-ACT in the same unit its gear cannot be told".to_owned()
-        })?),
-    };
-    let rad_per_unit = error
-        .rad_per_unit
-        .or(length_per_rad.map(|length| 1.0 / length))
-        .unwrap_or(1.0);
-    let jumps = jumps(trace, error, 1.0 / rad_per_unit);
-    // Only where the interpolator moves: at rest there is nothing but noise, and an inhibited drive obeys nothing.
-    let rows: Vec<(f64, f64)> = set
-        .iter()
-        .zip(forward)
-        .zip(&error.values)
-        .zip(&jumps)
-        .filter(|(((_, forward), _), jumps)| forward.abs() > LEAST_SPEED_RAD_S && !**jumps)
-        .map(|(((set, forward), error), _)| (error * rad_per_unit, set - forward))
-        .collect();
-    if rows.len() < LEAST_ROWS {
-        return Err(format!("{} rows move, at least {LEAST_ROWS} are needed", rows.len()));
-    }
-    let (line, standard_error, r_squared) =
-        straight_line(&rows).ok_or_else(|| "the following error does not vary".to_owned())?;
-    Ok(GainFit {
-        per_s: Estimate {
-            value: line,
-            standard_error,
-        },
-        c0254: line / lenze9300_model::GainScaling::default().k_v_per_c0254,
-        r_squared,
-        length_per_rad,
-    })
-}
-
-/// How far the position goes for a radian of the motor: least squares of its steps on those of the speed's integral.
-fn length_per_rad(trace: &Trace, error: &FollowingError) -> Option<f64> {
-    let position = error.position.as_ref()?;
-    let (mut product, mut square) = (0.0, 0.0);
-    for (omega, position) in trace.omega_rad_s.windows(2).zip(position.windows(2)) {
-        let angle = 0.5 * (omega[0] + omega[1]) * trace.dt_s;
-        let step = position[1] - position[0];
-        // A new reference is no motion.
-        if angle.abs() > LEAST_SPEED_RAD_S * trace.dt_s && step * angle > 0.0 {
-            product += step * angle;
-            square += angle * angle;
-        }
-    }
-    (square > 0.0).then(|| product / square)
-}
-
-/// Rows at which the position is counted anew (record 01 sets the reference): it steps by more than a hundredth of its whole range
-/// otherwise than the speed says. A following error formed from positions is none there.
-fn jumps(trace: &Trace, error: &FollowingError, per_rad: f64) -> Vec<bool> {
-    let Some(position) = &error.position else {
-        return vec![false; error.values.len()];
-    };
-    let (low, high) = position
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(*value), high.max(*value))
-        });
-    let steps = position.windows(2).zip(&trace.omega_rad_s).map(|(pair, omega)| {
-        let expected = omega * trace.dt_s * per_rad;
-        (pair[1] - pair[0] - expected).abs() > 0.01 * (high - low)
-    });
-    std::iter::once(false).chain(steps).collect()
-}
-
-/// Slope of y over x with its standard error, and R².
-fn straight_line(rows: &[(f64, f64)]) -> Option<(f64, f64, f64)> {
-    let n = rows.len() as f64;
-    let mut normal = Matrix2::zeros();
-    let mut right = Vector2::zeros();
-    for (x, y) in rows {
-        let row = Vector2::new(*x, 1.0);
-        normal += row * row.transpose();
-        right += row * *y;
-    }
-    let inverse = normal.try_inverse()?;
-    let solution = inverse * right;
-    let mean = right[1] / n;
-    let left: f64 = rows
-        .iter()
-        .map(|(x, y)| (y - solution[0] * x - solution[1]).powi(2))
-        .sum();
-    let all: f64 = rows.iter().map(|(_, y)| (y - mean).powi(2)).sum();
-    let standard_error = (left / (n - 2.0) * inverse[(0, 0)]).sqrt();
-    let result = (solution[0], standard_error, 1.0 - left / all);
-    (result.0.is_finite() && result.2.is_finite()).then_some(result)
-}
-
-/// Below this the interpolator counts as standing, rad/s.
-const LEAST_SPEED_RAD_S: f64 = 0.5;
-/// Rows that a gain needs.
-const LEAST_ROWS: usize = 20;
 
 impl fmt::Display for FitReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-use film_feed::fit::{FitReport, References, Trace, TraceError, fit};
+use film_feed::fit::{FitOptions, FitReport, GainSource, References, Trace, TraceError, fit};
 use film_feed::operator::FeedPlan;
 use film_feed::report::FeedMode;
 use film_feed::rig::RigConfig;
@@ -39,7 +39,7 @@ fn noisy(mut samples: Vec<Sample>) -> Vec<Sample> {
 
 fn fitted(csv: &[u8]) -> FitReport {
     let trace = Trace::read(csv, &References::default()).unwrap_or_else(|error| panic!("{error}"));
-    fit(&trace, 0.01).unwrap_or_else(|error| panic!("{error}"))
+    fit(&trace, &FitOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn csv(samples: &[Sample]) -> Vec<u8> {
@@ -67,6 +67,7 @@ fn a_noisy_trace_gives_inertia_within_2_percent_and_friction_and_k_v() {
         // k_v = 125 1/s · C0254, C0254 = 0.4 (9300 facts 4.6). Noise on the following error makes a slope too small: ±5 µm of
         // some 100 µm.
         let k_v = report.k_v.unwrap();
+        assert_eq!(k_v.from, GainSource::SpeedSetValue);
         assert!((k_v.per_s.value / 50.0 - 1.0).abs() < 0.02, "{report:?}");
         assert!((k_v.c0254 / 0.4 - 1.0).abs() < 0.02, "{report:?}");
         // 179.0708 mm a turn of the roller behind 7:1.
@@ -77,18 +78,28 @@ fn a_noisy_trace_gives_inertia_within_2_percent_and_friction_and_k_v() {
 }
 
 /// A heading with units in brackets, semicolons, decimal commas, Latin-1, lines before the heading: as programs on German computers
-/// write. Four channels, speeds in % of C0011 = 3000 1/min, torque in % of 1.05 Nm.
+/// write. Four channels as the original's oscilloscope has (9300 facts 4.11), speeds in % of C0011 = 3000 1/min, torque in % of 1.05 Nm.
 #[test]
 fn an_export_with_semicolons_and_decimal_commas_is_read_as_well() {
-    let mut text =
-        "Oszilloskop;Antrieb 1\r\nDatum;26.11.2026\r\n\r\nZeit [ms];MCTRL-NACT [%];MCTRL-MSET2 [%];T\u{e4}nzer [V]\r\n"
-            .to_owned();
-    for sample in feeds(0.664e-4, 0.05, 0.0) {
+    let heading = "Zeit [ms];MCTRL-NACT [%];MCTRL-MSET2 [%];POS-NOUT [%];POS-ERR [inc];T\u{e4}nzer [V]";
+    let mut text = format!("Oszilloskop;Antrieb 1\r\nDatum;26.11.2026\r\n\r\n{heading}\r\n");
+    let samples = feeds(0.664e-4, 0.05, 0.0);
+    let mut position_before_mm = 0.0;
+    for sample in noisy(samples) {
+        let error_mm = sample.position_set_mm - position_before_mm;
+        position_before_mm = sample.position_act_mm;
+        // The drive forms no following error across a new reference.
+        let error_inc = if error_mm.abs() < 5.0 {
+            error_mm * 65_536.0 * 7.0 / 179.0708
+        } else {
+            0.0
+        };
         let line = format!(
-            "{:.1};{:.4};{:.4};0.1\r\n",
+            "{:.1};{:.4};{:.4};{:.4};{error_inc:.0};0.1\r\n",
             sample.time_s * 1000.0,
             sample.speed_act_rpm / 30.0,
-            sample.torque_nm / 0.0105
+            sample.torque_nm / 0.0105,
+            sample.speed_set_rpm / 30.0,
         );
         text += &line.replace('.', ",");
     }
@@ -96,13 +107,27 @@ fn an_export_with_semicolons_and_decimal_commas_is_read_as_well() {
     let report = fitted(&latin_1);
     // Samples of 1 ms meet the torque's ripple of 1 ms always at the same place: 3 % low, and the report says so.
     let ratio = report.inertia_kg_m2.value / 0.914e-4;
-    assert!((0.96..0.985).contains(&ratio), "{report:?}");
+    assert!((0.95..0.99).contains(&ratio), "{report:?}");
     assert!(report.notes[0].contains("inertia may read some 3 % low"), "{report:?}");
+    assert!((report.coulomb_nm.value - 0.05).abs() < 0.002, "{report:?}");
+    // Without the speed set-value k_v comes from the torque, and is told to be rougher: 50 1/s (C0254 = 0.4) within a tenth.
+    let k_v = report.k_v.unwrap();
+    assert_eq!(k_v.from, GainSource::Torque);
+    assert!((k_v.per_s.value / 50.0 - 1.0).abs() < 0.1, "{report:?}");
     assert!(
-        report.notes[1].starts_with("k_v: the trace has no speed set-value; record MCTRL-NSET2"),
+        report.notes[1].starts_with("k_v was reckoned from the torque, with T_n = 20 ms (C0071)"),
         "{report:?}"
     );
-    assert!((report.coulomb_nm.value - 0.05).abs() < 0.001, "{report:?}");
+
+    let without_error = String::from_utf8(latin_1.iter().map(|octet| octet & 0x7F).collect())
+        .unwrap()
+        .replace("POS-ERR", "OTHER");
+    let report = fitted(without_error.as_bytes());
+    assert!(report.k_v.is_none());
+    assert!(
+        report.notes[1].starts_with("k_v: the trace has no following error; record MCTRL-NSET2, POS-NOUT and POS-ERR"),
+        "{report:?}"
+    );
 }
 
 #[test]
