@@ -410,15 +410,17 @@ impl DriveTrain {
         terminals: &impl Terminals,
     ) -> (MotorState, Passed) {
         let h_s = duration_s * self.step_share;
-        let mut x = *x;
-        let mut passed = Passed::zeros();
-        for _ in 0..self.substeps {
-            let (after, part) = rk4_step_with_integral(
-                &x,
+        let step = |x: &MotorState| {
+            rk4_step_with_integral(
+                x,
                 h_s,
                 |x| self.equations.derivative(x, input, terminals),
                 |x| passing(Dq::new(x[0], x[1]), x[2], x[3], terminals),
-            );
+            )
+        };
+        let (mut x, mut passed) = step(x);
+        for _ in 1..self.substeps {
+            let (after, part) = step(&x);
             x = after;
             passed += part;
         }
