@@ -80,7 +80,11 @@ impl fmt::Display for Axes {
         for sizing in &self.axes {
             write!(f, "{sizing}\n\n")?;
         }
-        self.supply.iter().try_for_each(|supply| write!(f, "{supply}"))
+        let Some(supply) = &self.supply else { return Ok(()) };
+        write!(
+            f,
+            "{supply}\n\nThe link is one: what the single axes say of theirs does not count."
+        )
     }
 }
 

@@ -7,15 +7,10 @@ use film_feed::run::{Observation, simulated};
 use lenze9300_model::plant::Fidelity;
 use proptest::prelude::*;
 
-use crate::{THESIS, changed, machine};
+use crate::{THESIS, assert_near, changed, machine};
 
 fn bound(budget: &Budget, id: &str) -> f64 {
     budget.part(id).unwrap_or_else(|| panic!("there is no part {id}")).mm
-}
-
-fn assert_near(what: &str, found: f64, expected: f64, share: f64) {
-    let error = (found - expected).abs();
-    assert!(error <= share * expected.abs(), "{what}: {found}, expected {expected}");
 }
 
 fn run(machine: &MachineFile, feeds: usize, fidelity: Fidelity) -> RunReport {
