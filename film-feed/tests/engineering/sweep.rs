@@ -268,6 +268,45 @@ fn the_example_of_the_documentation_can_run() {
     }
 }
 
+/// Hooke: a film of half the modulus has half the stiffness, so the stretch under the same brake doubles, and a stiff one hardly stretches.
+#[test]
+fn a_softer_film_and_a_noisier_resolver_show_in_the_rows() {
+    let table = run(
+        &spec(
+            r#"
+            feeds = 2
+            seeds = "same"
+            layout = "list"
+            [set]
+            run.fidelity = "f2"
+            [[parameter]]
+            name = "web.modulus_pa"
+            values = [1e9, 1e11, 1e11]
+            [[parameter]]
+            name = "noise.resolver_inc"
+            values = [1, 1, 40]
+            "#,
+        ),
+        Shard::WHOLE,
+        0,
+    );
+    let value = |row: usize, name: &str| table.rows[row].outcome.value(name);
+    // Strain F/(E·b·t) with 12.5 N, 400 mm and 30 µm: 1.04e-3 at 1 GPa, 1.25 mm of 1200 mm; a hundredth of that at 100 GPa.
+    let stretch_um = value(0, "abs_error_max_um");
+    assert!((1100.0..1300.0).contains(&stretch_um), "{:?}", table.rows[0]);
+    assert!(
+        value(1, "abs_error_max_um") < 0.1 * value(0, "abs_error_max_um"),
+        "{:?}",
+        table.rows[1]
+    );
+    // Noise of the position comes back as torque of the speed controller.
+    assert!(
+        value(2, "peak_torque_nm") > 1.2 * value(1, "peak_torque_nm"),
+        "{:?}",
+        table.rows[2]
+    );
+}
+
 #[test]
 fn the_documentation_names_every_parameter_and_column() {
     let text = include_str!("../../../docs/sweeps.md");
