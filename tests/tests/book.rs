@@ -34,7 +34,7 @@ fn commands(text: &str) -> Vec<String> {
     let mut block = None;
     for line in text.lines() {
         match (line.trim_start().strip_prefix("```"), block) {
-            (Some(kind), None) => block = Some(kind.to_owned() == "sh"),
+            (Some(kind), None) => block = Some(kind == "sh"),
             (Some(_), Some(_)) => block = None,
             (None, Some(true)) if !line.trim().is_empty() => commands.push(line.trim().to_owned()),
             _ => {}

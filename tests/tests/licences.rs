@@ -1,0 +1,62 @@
+//! Licences of everything this project builds on, against the list in `deny.toml`.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+/// Names between the quotes of the list `allow` of `deny.toml`.
+fn allowed(text: &str) -> Vec<&str> {
+    let list = text.split("allow = [").nth(1).and_then(|rest| rest.split(']').next());
+    list.unwrap_or_default().split('"').skip(1).step_by(2).collect()
+}
+
+/// Whether an SPDX expression can be met with these licences alone: `AND` needs both sides, `OR` one. A `/` is an old `OR`.
+fn is_met(expression: &str, allowed: &[&str]) -> bool {
+    let expression = expression.replace('/', " OR ");
+    let without_parentheses = expression.replace(['(', ')'], "");
+    // In the expressions of crates AND binds a parenthesis to a licence, or licences to each other: both are split first.
+    without_parentheses
+        .split(" AND ")
+        .all(|part| part.split(" OR ").any(|licence| allowed.contains(&licence.trim())))
+}
+
+#[test]
+fn every_dependency_has_a_licence_that_is_allowed() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let text = std::fs::read_to_string(root.join("deny.toml")).expect("the list is there");
+    let allowed = allowed(&text);
+    assert!(allowed.contains(&"MIT") && allowed.contains(&"MPL-2.0"), "{allowed:?}");
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
+    let output = Command::new(cargo)
+        .args(["metadata", "--format-version", "1", "--offline"])
+        .current_dir(&root)
+        .output()
+        .expect("cargo starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("metadata is JSON");
+    let packages = metadata["packages"].as_array().expect("a list");
+    assert!(packages.len() > 100, "{}", packages.len());
+    let refused: Vec<_> = packages
+        .iter()
+        .filter(|package| !is_met(package["license"].as_str().unwrap_or("none"), &allowed))
+        .map(|package| format!("{}: {}", package["name"], package["license"]))
+        .collect();
+    assert!(refused.is_empty(), "{refused:#?}");
+}
+
+#[test]
+fn expressions_are_read_as_spdx_says() {
+    let allowed = ["MIT", "Apache-2.0", "Unicode-3.0"];
+    for (expression, met) in [
+        ("MIT", true),
+        ("MIT OR GPL-3.0-only", true),
+        ("MIT/Apache-2.0", true),
+        ("(MIT OR Apache-2.0) AND Unicode-3.0", true),
+        ("MIT AND GPL-3.0-only", false),
+        ("GPL-3.0-only", false),
+        ("none", false),
+    ] {
+        assert_eq!(is_met(expression, &allowed), met, "{expression}");
+    }
+}
