@@ -41,6 +41,7 @@ pub mod operator;
 #[cfg(feature = "panel")]
 pub mod panel;
 pub mod parameter_watch;
+mod parquet_file;
 pub mod plc;
 pub mod plot;
 pub mod real_line;

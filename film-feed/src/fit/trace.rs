@@ -4,9 +4,11 @@ use std::f64::consts::{SQRT_2, TAU};
 
 use lenze9300_model::units::INC_PER_REV;
 use parquet::errors::ParquetError;
-use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
+use parquet::file::reader::{ChunkReader, FileReader};
 use parquet::record::RowAccessor;
 use thiserror::Error;
+
+use crate::parquet_file;
 
 /// What the numbers of a trace that come without a physical unit refer to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -208,38 +210,39 @@ impl Trace {
     /// [`TraceError`].
     pub fn read_parquet(from: impl ChunkReader + 'static, references: &References) -> Result<Self, TraceError> {
         let broken = |error: ParquetError| TraceError::Parquet(error.to_string());
-        let reader = SerializedFileReader::new(from).map_err(broken)?;
-        let metadata = reader.metadata().file_metadata();
-        let units = metadata.key_value_metadata().cloned().unwrap_or_default();
-        let fields = metadata.schema().get_fields();
-        let columns: Vec<Column> = fields
-            .iter()
-            .enumerate()
-            .filter_map(|(place, field)| {
-                let key = format!("unit:{}", field.name());
-                let unit = units
-                    .iter()
-                    .find(|pair| pair.key == key)
-                    .and_then(|pair| pair.value.clone());
-                let heading = match unit {
-                    Some(unit) => format!("{} [{unit}]", field.name()),
-                    None => field.name().to_owned(),
-                };
-                column(&heading, place)
-            })
-            .collect();
-        if !names_time_and_speed(&columns) {
-            return Err(TraceError::NoHeading);
-        }
-        let mut values: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
-        for row in reader.get_row_iter(None).map_err(broken)? {
-            let row = row.map_err(broken)?;
-            for (column, values) in columns.iter().zip(&mut values) {
-                values.push(row.get_double(column.place).map_err(broken)?);
+        parquet_file::read(from, broken, |reader| {
+            let metadata = reader.metadata().file_metadata();
+            let units = metadata.key_value_metadata().cloned().unwrap_or_default();
+            let fields = metadata.schema().get_fields();
+            let columns: Vec<Column> = fields
+                .iter()
+                .enumerate()
+                .filter_map(|(place, field)| {
+                    let key = format!("unit:{}", field.name());
+                    let unit = units
+                        .iter()
+                        .find(|pair| pair.key == key)
+                        .and_then(|pair| pair.value.clone());
+                    let heading = match unit {
+                        Some(unit) => format!("{} [{unit}]", field.name()),
+                        None => field.name().to_owned(),
+                    };
+                    column(&heading, place)
+                })
+                .collect();
+            if !names_time_and_speed(&columns) {
+                return Err(TraceError::NoHeading);
             }
-        }
-        let numbers: Vec<usize> = (1..=values[0].len()).collect();
-        Self::assemble(&columns, &values, &numbers, references)
+            let mut values: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
+            for row in reader.get_row_iter(None).map_err(broken)? {
+                let row = row.map_err(broken)?;
+                for (column, values) in columns.iter().zip(&mut values) {
+                    values.push(row.get_double(column.place).map_err(broken)?);
+                }
+            }
+            let numbers: Vec<usize> = (1..=values[0].len()).collect();
+            Self::assemble(&columns, &values, &numbers, references)
+        })
     }
 
     fn assemble(

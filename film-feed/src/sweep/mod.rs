@@ -95,9 +95,12 @@ impl Shard {
     /// All of it.
     pub const WHOLE: Self = Self { part: 1, of: 1 };
 
-    /// Whether point number `point`, from 1, belongs to this part.
+    /// Whether point number `point`, from 1, belongs to this part; none does to part 0, or to parts of 0.
     pub fn has(self, point: u64) -> bool {
-        (point - 1) % self.of == self.part - 1
+        match (point.checked_sub(1), self.part.checked_sub(1)) {
+            (Some(place), Some(part)) => place.checked_rem(self.of) == Some(part),
+            _ => false,
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use parquet::basic::{LogicalType, Repetition, Type as PhysicalType};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
-use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
+use parquet::file::reader::{ChunkReader, FileReader};
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::record::Field;
 use parquet::schema::types::Type;
@@ -15,6 +15,7 @@ use thiserror::Error;
 
 use super::outcome::{OUTPUTS, Outcome};
 use super::{Setting, SweepSpec};
+use crate::parquet_file;
 
 /// What one machine came to.
 #[derive(Debug, Clone, PartialEq)]
@@ -247,25 +248,26 @@ impl ResultTable {
     /// # Errors
     /// [`TableError`].
     pub fn read_parquet(from: impl ChunkReader + 'static) -> Result<Self, TableError> {
-        let reader = SerializedFileReader::new(from)?;
-        let schema = reader.metadata().file_metadata().schema().clone();
-        let columns = schema
-            .get_fields()
-            .iter()
-            .map(|field| field.name().to_owned())
-            .collect();
-        let mut parts = Parts::new(columns)?;
-        for row in reader.get_row_iter(None)? {
-            let fields = row?.into_columns().into_iter().map(|(_, field)| match field {
-                Field::Null => String::new(),
-                Field::Str(text) => text,
-                Field::Long(whole) => whole.to_string(),
-                Field::Double(real) => real.to_string(),
-                other => other.to_string(),
-            });
-            parts.push(fields.collect())?;
-        }
-        Ok(parts.table)
+        parquet_file::read(from, TableError::from, |reader| {
+            let schema = reader.metadata().file_metadata().schema().clone();
+            let columns = schema
+                .get_fields()
+                .iter()
+                .map(|field| field.name().to_owned())
+                .collect();
+            let mut parts = Parts::new(columns)?;
+            for row in reader.get_row_iter(None)? {
+                let fields = row?.into_columns().into_iter().map(|(_, field)| match field {
+                    Field::Null => String::new(),
+                    Field::Str(text) => text,
+                    Field::Long(whole) => whole.to_string(),
+                    Field::Double(real) => real.to_string(),
+                    other => other.to_string(),
+                });
+                parts.push(fields.collect())?;
+            }
+            Ok(parts.table)
+        })
     }
 }
 

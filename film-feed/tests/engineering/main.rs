@@ -2,6 +2,7 @@
 
 mod advise;
 mod budget;
+mod files;
 mod fit;
 mod machine_file;
 mod robust;
