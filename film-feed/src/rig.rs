@@ -4,7 +4,10 @@
 //! then the drive's tick with the film, then the PLC cycle.
 
 use dp_master::address::{Address, AddressError};
-use dp_master::dp::{AddSlaveError, CfgError, DpMaster, MasterError, SlaveIndex, SlaveState, WatchdogError};
+use dp_master::dp::{
+    AddSlaveError, CfgError, DpMaster, MasterConfig, MasterError, SlaveIndex, SlaveState, WatchdogError,
+};
+use dp_master::fdl::BusParams;
 use dp_master::phy::{Disturbance, DisturbanceError, PortId, Tap, Trace, VirtualBus, pump};
 use dp_master::station::Station;
 use dp_master::time::{Baud, Duration, Instant};
@@ -103,6 +106,8 @@ pub struct Rig {
     /// Before this moment line and stations have nothing to do; `None`: never again by themselves.
     line_due: Option<Instant>,
     ear: Ear,
+    /// Another master in the ring, without slaves.
+    second_master: Option<(PortId, DpMaster<0>)>,
     ticks: u64,
 }
 
@@ -217,6 +222,7 @@ impl Rig {
             ticks_per_ms: config.drive.axis.ticks_per_position_period(),
             line_due: Some(now),
             ear: Ear(None),
+            second_master: None,
             ticks: 0,
         })
     }
@@ -284,9 +290,15 @@ impl Rig {
         }
         let master: (PortId, &mut dyn Station) = (self.master_port, &mut self.master);
         let module: (PortId, &mut dyn Station) = (self.module_port, &mut self.module);
-        self.line_due = match &mut self.ear.0 {
-            None => pump(&mut self.line, now, &mut [master, module]),
-            Some((port, ear)) => pump(&mut self.line, now, &mut [master, module, (*port, ear)]),
+        let second = self
+            .second_master
+            .as_mut()
+            .map(|(port, master)| (*port, master as &mut dyn Station));
+        let ear = self.ear.0.as_mut().map(|(port, ear)| (*port, ear as &mut dyn Station));
+        self.line_due = match (second, ear) {
+            (None, None) => pump(&mut self.line, now, &mut [master, module]),
+            (Some(third), None) | (None, Some(third)) => pump(&mut self.line, now, &mut [master, module, third]),
+            (Some(third), Some(fourth)) => pump(&mut self.line, now, &mut [master, module, third, fourth]),
         };
     }
 
@@ -405,6 +417,32 @@ impl Rig {
         let port = self.ear.0.take().map_or_else(|| self.line.attach(), |(port, _)| port);
         self.ear = Ear(Some((port, Tap::new(baud, listener))));
         self.line_due = Some(self.now);
+    }
+
+    /// Lets another master, at address 1 and without slaves, enter the ring, or switches it off as if its plug were pulled.
+    ///
+    /// # Errors
+    /// When it cannot be built at this baud rate.
+    pub fn set_second_master(&mut self, present: bool) -> Result<(), RigError> {
+        self.line_due = Some(self.now);
+        match (&mut self.second_master, present) {
+            (Some((port, _)), false) => {
+                self.line.disconnect(*port);
+                self.second_master = None;
+            }
+            (None, true) => {
+                let config = MasterConfig::new(Address::new(1)?, BusParams::standard(self.line.baud()));
+                let master = DpMaster::new(config)?;
+                self.second_master = Some((self.line.attach(), master));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Whether another master is there.
+    pub fn has_second_master(&self) -> bool {
+        self.second_master.is_some()
     }
 
     /// Pulls the module off the line.

@@ -280,7 +280,11 @@ fn a_person_starts_feeds_breaks_the_cable_reads_the_fault_resets_changes_a_code_
     // The cable.
     browser.click("#tab-bus");
     browser.until("document.getElementById('slave').textContent === 'data exchange'");
+    // A second master comes and goes; the feeds do not mind.
+    browser.click("#second-master");
+    browser.until("document.querySelector('#bus table.mono').textContent.includes('2 → 1')");
     browser.picture("bus");
+    browser.click("#second-master");
     browser.click("#unplug");
     browser.until("document.getElementById('slave').textContent !== 'data exchange'");
     browser.click("#unplug");

@@ -287,3 +287,64 @@ fn a_page_that_reads_nothing_holds_up_nobody() {
         last = seq;
     }
 }
+
+#[test]
+fn the_capture_is_a_pcapng_file_and_guarded_like_everything_else() {
+    let panel = Panel::new(&["--token", TOKEN]);
+    let mut page = panel.page(None, &format!("?token={TOKEN}")).unwrap();
+    page.hear("frame");
+    page.hear("frame");
+    let get = |path: &str| {
+        let mut stream = TcpStream::connect(panel.at).unwrap();
+        write!(
+            stream,
+            "GET {path} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n",
+            panel.at
+        )
+        .unwrap();
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).unwrap();
+        answer
+    };
+    assert!(get("/capture.pcapng").starts_with(b"HTTP/1.1 403"));
+    let answer = get(&format!("/capture.pcapng?token={TOKEN}"));
+    assert!(answer.starts_with(b"HTTP/1.1 200"));
+    let body = answer.windows(4).position(|window| window == b"\r\n\r\n").unwrap() + 4;
+    let capture = dp_master::phy::CaptureReader::new(&answer[body..]).unwrap();
+    let telegrams = capture
+        .map_while(Result::ok)
+        .filter(|packet| packet.telegram().is_ok())
+        .count();
+    assert!(telegrams > 20, "{telegrams}");
+}
+
+#[test]
+fn a_second_master_enters_the_ring_and_the_feed_goes_on() {
+    let panel = Panel::new(&[]);
+    let mut page = panel.own_page();
+    page.say(&json!({ "do": "set", "input": "enable", "value": 1 }));
+    while page.hear("frame")["outputs"]["drive_ready"] == false {}
+    page.say(&json!({ "do": "second_master", "present": true }));
+    let heard = |frame: &Value, what: &str| {
+        let heard = frame["bus"]["heard"].as_array().unwrap();
+        heard.iter().any(|line| line[1].as_str().unwrap().starts_with(what))
+    };
+    while !heard(&page.hear("frame"), "2 → 1  token") {}
+    page.say(&json!({ "do": "speed", "factor": 10.0 }));
+    page.say(&json!({ "do": "start" }));
+    loop {
+        let frame = page.hear("frame");
+        if let Some(feed) = frame["machine"]["feeds"].as_array().unwrap().first() {
+            // ±0.01 mm, film-feed specification 1.
+            assert!(
+                feed["error_um"].as_f64().unwrap().abs() <= 10.0 && feed["finished"] == true,
+                "{feed}"
+            );
+            break;
+        }
+    }
+    // It goes as if its plug were pulled: the ring closes again without it.
+    page.say(&json!({ "do": "second_master", "present": false }));
+    while !heard(&page.hear("frame"), "2 → 2  token") {}
+    assert_eq!(page.hear("frame")["bus"]["slave"], "data exchange");
+}

@@ -14,6 +14,7 @@ use lenze9300_model::plant::Mains;
 use lenze9300_model::signal::Signal;
 use tokio::sync::mpsc;
 
+use super::capture::Capture;
 use super::feeds::FeedJudge;
 use super::protocol::{INPUTS, MAX_CHANNELS, Order, Samples, Told};
 use super::snapshot;
@@ -41,6 +42,7 @@ pub(super) enum ToEngine {
 #[derive(Clone)]
 pub struct Engine {
     orders: Sender<ToEngine>,
+    pub(super) capture: Capture,
 }
 
 impl std::fmt::Debug for Engine {
@@ -67,8 +69,12 @@ impl Engine {
     pub fn start(config: RigConfig) -> Result<Self, RigError> {
         let mut rig = Rig::new(&config)?;
         let heard: Heard = Arc::default();
-        let for_ear = Arc::clone(&heard);
-        rig.listen(Box::new(move |trace| hear(&for_ear, &trace)));
+        let capture = Capture::new(config.baud);
+        let (for_ear, for_capture) = (Arc::clone(&heard), capture.clone());
+        rig.listen(Box::new(move |trace| {
+            hear(&for_ear, &trace);
+            for_capture.keep(&trace);
+        }));
         let inputs = rig.inputs_mut();
         // As the thesis' variable table was filled in (film-feed specification, section 9); nothing moves before Freigabe.
         inputs.velocity = 10_000;
@@ -95,11 +101,14 @@ impl Engine {
         thread::Builder::new()
             .name("panel-engine".to_owned())
             .spawn(move || plant.run(&received))
-            .map(|_| Self { orders })
+            .map(|_| Self {
+                orders,
+                capture: capture.clone(),
+            })
             .or_else(|_| {
                 // Without a thread there is nobody to take orders; pages are told that the engine has ended.
                 let (orders, _) = channel();
-                Ok(Self { orders })
+                Ok(Self { orders, capture })
             })
     }
 
@@ -432,6 +441,10 @@ impl Plant {
                     self.rig.disconnect_module();
                 }
                 self.plugged = plugged;
+                Ok(None)
+            }
+            Order::SecondMaster { present } => {
+                self.rig.set_second_master(present).map_err(|error| error.to_string())?;
                 Ok(None)
             }
             Order::Mains { on } => {

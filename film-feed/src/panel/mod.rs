@@ -9,6 +9,7 @@
 //! [`access`]; what can be asked and told is in [`protocol`].
 
 pub mod access;
+mod capture;
 mod engine;
 mod feeds;
 pub mod protocol;

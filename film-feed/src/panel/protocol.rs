@@ -56,6 +56,11 @@ pub enum Order {
         /// Whether it is plugged in.
         plugged: bool,
     },
+    /// Another master in the ring.
+    SecondMaster {
+        /// Whether it is there.
+        present: bool,
+    },
     /// Mains on or off.
     Mains {
         /// Whether they are on.
@@ -237,6 +242,10 @@ pub struct TransitionInfo {
     pub from: Vec<&'static str>,
     /// State it enters.
     pub to: &'static str,
+    /// What sets it off: commands of the control word, events.
+    pub trigger: String,
+    /// What holds it back although it is set off.
+    pub held: Option<&'static str>,
 }
 
 /// A transition of the net.
@@ -419,6 +428,8 @@ pub struct BusView {
     pub plugged: bool,
     /// Probability that a bit is wrong.
     pub bit_error_rate: f64,
+    /// Whether another master is in the ring.
+    pub second_master: bool,
     /// Some telegrams since the frame before, newest last: time in s, what it is, its octets.
     pub heard: Vec<(f64, String, String)>,
 }

@@ -61,7 +61,9 @@ pub fn serve(panel: Panel, ready: impl FnOnce(SocketAddr)) -> Result<(), PanelEr
             clients: AtomicUsize::new(0),
             next: AtomicU64::new(1),
         });
-        let mut router = Router::new().route("/live", get(live));
+        let mut router = Router::new()
+            .route("/live", get(live))
+            .route("/capture.pcapng", get(capture));
         for (path, kind, text) in ASSETS {
             let asset = move |State(shared): State<Arc<Shared>>, headers: HeaderMap| async move {
                 asset(&shared, &headers, kind, text)
@@ -130,6 +132,29 @@ fn turned_away(refused: AccessRefused) -> Response {
 #[derive(Debug, Deserialize)]
 struct LiveQuery {
     token: Option<String>,
+}
+
+/// The last telegrams, for Wireshark and `dp sniff --read`.
+async fn capture(State(shared): State<Arc<Shared>>, Query(query): Query<LiveQuery>, headers: HeaderMap) -> Response {
+    let (host, origin) = (text_of(&headers, header::HOST), text_of(&headers, header::ORIGIN));
+    if let Err(refused) = shared.access.check(host, origin, query.token.as_deref()) {
+        return turned_away(refused);
+    }
+    match shared.engine.capture.file() {
+        Ok(octets) => {
+            let fixed = |value: &'static str| HeaderValue::from_static(value);
+            let headers = [
+                (header::CONTENT_TYPE, fixed("application/octet-stream")),
+                (
+                    header::CONTENT_DISPOSITION,
+                    fixed("attachment; filename=\"capture.pcapng\""),
+                ),
+                (header::X_CONTENT_TYPE_OPTIONS, fixed("nosniff")),
+            ];
+            (headers, octets).into_response()
+        }
+        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")).into_response(),
+    }
 }
 
 async fn live(

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 use std::sync::PoisonError;
 
 use dp_master::dp::SlaveState;
-use drivecom::State;
 use drivecom::petri::{PARAMETER_TRANSITIONS, Puts};
+use drivecom::{Hold, State};
 use lenze9300_model::access::CodePlace;
 use lenze9300_model::code::CODE_TABLE;
 use lenze9300_model::device::Fault;
@@ -46,6 +46,12 @@ pub(super) fn hello() -> Hello {
                 id: transition.id.to_string(),
                 from: transition.from.iter().map(State::name).collect(),
                 to: transition.to.name(),
+                trigger: transition.trigger.to_string(),
+                held: transition.hold.map(|hold| match hold {
+                    Hold::Undervoltage => "undervoltage (LU)",
+                    Hold::TerminalLow => "terminal 28 is low",
+                    Hold::CausePresent => "the cause of the fault is still there",
+                }),
             })
             .collect(),
         net: PARAMETER_TRANSITIONS
@@ -108,6 +114,7 @@ pub(super) fn frame(plant: &mut Plant) -> Frame {
             retries: statistics.retries,
             plugged: plant.plugged,
             bit_error_rate: plant.bit_error_rate,
+            second_master: rig.has_second_master(),
             heard: heard.drain(..).collect(),
         },
     }

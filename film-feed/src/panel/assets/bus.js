@@ -2,7 +2,7 @@
 
 import { card, element, field, row, save } from "./dom.js";
 
-let values, list, plugged, heard = [], isVisible = false;
+let values, list, plugged, second, heard = [], isVisible = false;
 
 export function build(section, hello, send) {
   values = Object.fromEntries(["slave", "baud", "cycle", "telegrams", "retries"].map((key) => [key, element("output")]));
@@ -10,15 +10,17 @@ export function build(section, hello, send) {
   plugged = element("button", { id: "unplug", word: "unplug", "aria-pressed": "false", onclick: () => send({ do: "cable", plugged: plugged.getAttribute("aria-pressed") === "true" }) });
   const noise = element("select", { onchange: () => send({ do: "noise", bit_error_rate: Number(noise.value) }) },
     ...["0", "1e-6", "1e-5", "1e-4", "1e-3"].map((rate) => element("option", { value: rate }, rate)));
+  second = element("button", { id: "second-master", word: "second_master", "aria-pressed": "false", onclick: () => send({ do: "second_master", present: second.getAttribute("aria-pressed") !== "true" }) });
   list = element("tbody");
   const heads = ["time", "telegrams", "octets"].map((key) => element("th", { scope: "col", word: key }));
   const live = card("live",
-    element("div", { class: "tools" }, element("button", { onclick: () => save("telegrams.csv", csv(), "text/csv") }, "CSV")),
+    element("div", { class: "tools" }, element("button", { onclick: () => save("telegrams.csv", csv(), "text/csv") }, "CSV"),
+      element("a", { id: "pcapng", href: `/capture.pcapng${location.search}`, download: "capture.pcapng" }, "pcapng")),
     element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "telegrams" }, element("table", { class: "mono" }, element("thead", {}, element("tr", {}, ...heads)), list)));
   live.classList.add("wide");
   section.append(element("div", { class: "columns" },
     card("bus", element("table", {}, element("tbody", {}, ...Object.entries(values).map(([key, out]) => row(key, out))))),
-    card("disturb", element("div", { class: "tools" }, plugged), element("div", { class: "tools" }, field("noise", noise))), live));
+    card("disturb", element("div", { class: "tools" }, plugged, second), element("div", { class: "tools" }, field("noise", noise))), live));
 }
 
 export function frame({ bus }) {
@@ -28,6 +30,7 @@ export function frame({ bus }) {
   values.telegrams.textContent = bus.telegrams;
   values.retries.textContent = bus.retries;
   plugged.setAttribute("aria-pressed", !bus.plugged);
+  second.setAttribute("aria-pressed", bus.second_master);
   heard.push(...bus.heard);
   heard.splice(0, Math.max(0, heard.length - 400));
   if (isVisible) show();

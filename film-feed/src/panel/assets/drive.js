@@ -93,7 +93,7 @@ export function frame({ drive }) {
       box.setAttribute("fill", live ? "#0a4f8f" : "#fff");
       text.style.fill = live ? "#fff" : "";
     }
-    leads.replaceChildren(...transitions.filter((t) => t.from.includes(drive.state)).map((t) => element("li", {}, `${t.id} → ${t.to}`)));
+    leads.replaceChildren(...transitions.filter((t) => t.from.includes(drive.state)).map((t) => element("li", {}, `${t.id} → ${t.to}, ${word("by")}: ${t.trigger}${t.held ? `; ${word("held")}: ${t.held}` : ""}`)));
   }
   control.show(drive.control_word);
   status.show(drive.status_word);

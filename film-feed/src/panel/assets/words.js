@@ -16,7 +16,7 @@ const WORDS = {
     no_loss: "no sample lost", loss: "samples lost", state: "State of the profile", control_word: "Control word", status_word: "Status word", fault: "Fault", none: "none",
     remedy: "Remedy", history: "Fault memory", reset: "Reset the fault", cause_fault: "Cause a fault", cause: "Cause", clear: "Clear", codes: "Codes", read: "Read", write: "Write", code: "Code", meaning: "Meaning",
     net: "Net of the parameter channel", telegram: "Telegram at work", sent: "Sent", received: "Received", rounds: "Rounds", round_time: "Time of a round in ms", troubles: "Refused or unanswered",
-    slave: "Slave", cycle: "DP cycle in µs", telegrams: "Telegrams", retries: "Repetitions", baud: "Baud rate in kbit/s", noise: "Bit error rate", unplug: "Unplug the module", live: "Telegrams, newest first", time: "Time in s", octets: "Octets",
+    slave: "Slave", cycle: "DP cycle in µs", telegrams: "Telegrams", retries: "Repetitions", baud: "Baud rate in kbit/s", noise: "Bit error rate", unplug: "Unplug the module", second_master: "Second master", held: "held back while", by: "by", live: "Telegrams, newest first", time: "Time in s", octets: "Octets",
     error: "Error in µm", number: "No.", mode: "Mode", length: "length", mark: "mark", duration: "Time in s", refused_from: "From here lead", diagnosis: "Diagnosis C0183", record: "Record", current: "Motor current", link: "DC link", heat: "Heat sink",
   },
   de: {
@@ -34,7 +34,7 @@ const WORDS = {
     no_loss: "kein Wert verloren", loss: "Werte verloren", state: "Zustand nach Profil", control_word: "Steuerwort", status_word: "Statuswort", fault: "Störung", none: "keine",
     remedy: "Abhilfe", history: "Fehlerspeicher", reset: "Störung quittieren", cause_fault: "Störung auslösen", cause: "Auslösen", clear: "Aufheben", codes: "Codestellen", read: "Lesen", write: "Schreiben", code: "Code", meaning: "Bedeutung",
     net: "Netz des Parameterkanals", telegram: "Telegramm in Arbeit", sent: "Gesendet", received: "Empfangen", rounds: "Runden", round_time: "Zeit einer Runde in ms", troubles: "Abgelehnt oder unbeantwortet",
-    slave: "Slave", cycle: "DP-Zyklus in µs", telegrams: "Telegramme", retries: "Wiederholungen", baud: "Baudrate in kbit/s", noise: "Bitfehlerrate", unplug: "Modul abziehen", live: "Telegramme, neueste zuerst", time: "Zeit in s", octets: "Oktette",
+    slave: "Slave", cycle: "DP-Zyklus in µs", telegrams: "Telegramme", retries: "Wiederholungen", baud: "Baudrate in kbit/s", noise: "Bitfehlerrate", unplug: "Modul abziehen", second_master: "Zweiter Master", held: "gehalten, solange", by: "durch", live: "Telegramme, neueste zuerst", time: "Zeit in s", octets: "Oktette",
     error: "Fehler in µm", number: "Nr.", mode: "Art", length: "Länge", mark: "Marke", duration: "Zeit in s", refused_from: "Von hier führen", diagnosis: "Diagnose C0183", record: "Satz", current: "Motorstrom", link: "Zwischenkreis", heat: "Kühlkörper",
   },
 };
