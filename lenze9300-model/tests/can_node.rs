@@ -144,8 +144,23 @@ fn errors_are_answered_as_the_93xx_does() {
     assert_eq!(refusal([0x23, 0xC2, 0x5F, 0, 1, 0, 0, 0]), [0, 0, 3, 6]);
     // C0350 := 64, above the range: 8/0/0031 in the places of class, code and additional code.
     assert_eq!(refusal([0x23, 0xA1, 0x5E, 0, 0, 0xC4, 0x09, 0])[2..], [0, 8]);
-    // Octets that are no job get no answer.
-    assert_eq!(bench.ask(1537, [0x21, 0xF3, 0x5F, 0, 0, 0, 0, 0]), None);
+}
+
+#[test]
+fn a_command_that_the_drive_does_not_have_is_refused_at_once() {
+    let mut bench = Bench::new();
+    bench.run(150);
+    // Source: CiA DS301: 0x21 begins a segmented download, 0xA4 a block upload, 0x60 asks for the next segment. The reason is that of the bus
+    // module, class in data 4 and code in data 3 (9300 facts 3.3 and 5).
+    for command in [0x21, 0xA4, 0x60] {
+        let answer = bench.ask(1537, [command, 0xF3, 0x5F, 0, 4, 0, 0, 0]);
+        assert_eq!(answer, Some((1409, vec![0x80, 0xF3, 0x5F, 0, 0x10, 0x00, 0x05, 0x06])));
+    }
+    // A client gives up, or its octets are too few: nobody waits for an answer.
+    assert_eq!(bench.ask(1537, [0x80, 0xF3, 0x5F, 0, 0, 0, 0, 0]), None);
+    bench.send(1537, &[0x40, 0xF3, 0x5F]);
+    bench.run(5);
+    assert!(bench.received().is_empty());
 }
 
 #[test]

@@ -2,7 +2,7 @@ use std::collections::VecDeque;
 
 use drivecom::AifControl;
 
-use super::sdo::{Data, Refusal, Request, Response};
+use super::sdo::{Data, Refusal, Request, Response, refusal_of};
 use super::traffic::Traffic;
 use super::{BIT_RATES, CanFrame, Identifiers, Nmt, NmtState, Object, SdoChannel};
 use crate::bus::can_port::BusState;
@@ -366,11 +366,13 @@ impl CanNode {
             let Some(job) = self.jobs[channel as usize].take() else {
                 continue;
             };
-            // Octets that are no job get no answer: whose channel it is cannot be told from them.
-            let Ok(request) = Request::decode(job.data()) else {
-                continue;
+            let response = match Request::decode(job.data()) {
+                Ok(request) => carry_out(request, drive),
+                Err(_) => match refusal_of(job.data()) {
+                    Some(refused) => refused,
+                    None => continue,
+                },
             };
-            let response = carry_out(request, drive);
             let id = self.identifiers.id(Object::SdoResponse(channel));
             self.send(CanFrame::of(id, response.encode(), 8));
         }

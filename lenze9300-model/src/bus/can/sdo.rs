@@ -21,6 +21,9 @@ use thiserror::Error;
 
 use crate::code::CodeError;
 
+/// Command of a refusal, from either side.
+const ABORT: u8 = 0x80;
+
 /// Index of code 0.
 const INDEX_BASE: u16 = 24_575;
 
@@ -149,6 +152,21 @@ impl Request {
     }
 }
 
+/// The refusal of eight octets whose command is none of the drive's, about the index that they name; `None` when nobody waits for an
+/// answer: not eight octets, or the abort of a client (0x80).
+///
+/// A client that begins a segmented or block transfer learns at once that there is none, and does not run into its time-out.
+/// Interpretation: DS301 has the server abort; reason as the bus module gives it (9300 facts 3.3).
+#[must_use]
+pub(super) fn refusal_of(octets: &[u8]) -> Option<Response> {
+    let (command, code, subcode, _) = take_apart(octets)?;
+    (command != ABORT).then_some(Response::Refused {
+        code,
+        subcode,
+        reason: Refusal::IMPERMISSIBLE_JOB,
+    })
+}
+
 /// Octets that are no job or no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
@@ -232,9 +250,17 @@ impl Refusal {
         additional: 0,
     };
 
+    /// Impermissible job: a command other than reading and writing 1, 2 or 4 octets.
+    pub const IMPERMISSIBLE_JOB: Self = Self {
+        class: 6,
+        code: 5,
+        additional: 0x0010,
+    };
+
     fn text(self) -> String {
         match (self.class, self.code, self.additional) {
             (6, 6, _) => "the drive has no such code".to_owned(),
+            (6, 5, 0x0010) => "the drive has no such command: it reads and writes 1, 2 or 4 octets at once".to_owned(),
             (6, 5, 0x0011 | 0) => "the code has no such subcode".to_owned(),
             (6, 5, 0x0012) => "too many data octets for this code".to_owned(),
             (6, 5, 0x0013) => "too few data octets for this code".to_owned(),
@@ -288,7 +314,7 @@ impl Response {
             Self::Value { data, .. } => compose(0x40 | data.size_bits(), code, subcode, data.octets),
             Self::Refused { reason, .. } => {
                 let [low, high] = reason.additional.to_le_bytes();
-                compose(0x80, code, subcode, [low, high, reason.code, reason.class])
+                compose(ABORT, code, subcode, [low, high, reason.code, reason.class])
             }
         }
     }
@@ -301,7 +327,7 @@ impl Response {
         let (command, code, subcode, data) = take_apart(octets).ok_or(NotAJob::Length { got: octets.len() })?;
         match command {
             0x60 => Ok(Self::Written { code, subcode }),
-            0x80 => {
+            ABORT => {
                 let [low, high, error, class] = data;
                 let reason = Refusal {
                     class,

@@ -175,7 +175,8 @@ impl VirtualCan {
         self.now = now;
     }
 
-    /// Arbitration: of all stations that have something to send, the lowest identifier.
+    /// Arbitration: of all stations that have something to send, the lowest identifier; with the same one a data frame goes before the
+    /// request for it (ISO 11898-1: the RTR bit of a data frame is dominant).
     fn begin(&mut self, start: Instant) -> Option<OnWire> {
         let (sender, frame) = self
             .stations
@@ -183,7 +184,7 @@ impl VirtualCan {
             .enumerate()
             .filter(|(_, station)| station.is_connected && !station.is_off)
             .filter_map(|(place, station)| station.to_send.front().map(|frame| (place, *frame)))
-            .min_by_key(|(_, frame)| frame.id())?;
+            .min_by_key(|(_, frame)| (frame.id(), frame.is_remote()))?;
         let bit_rate = self.stations[sender].bit_rate;
         let others = || {
             self.stations
@@ -294,6 +295,17 @@ mod tests {
         );
         assert_eq!(ids(&mut bus, a), [0x100]);
         assert_eq!(ids(&mut bus, b), [0x300, 0x200]);
+    }
+
+    #[test]
+    fn data_go_before_the_request_for_them() {
+        let mut bus = VirtualCan::new();
+        let [a, b, c] = [0; 3].map(|_| bus.attach(500_000));
+        bus.send(a, CanFrame::new_remote(0x300, 8).expect("a request"));
+        bus.send(b, frame(0x300));
+        bus.advance_to(at_us(1000));
+        let kinds: Vec<bool> = std::iter::from_fn(|| bus.receive(c)).map(|f| f.is_remote()).collect();
+        assert_eq!(kinds, [false, true]);
     }
 
     #[test]
