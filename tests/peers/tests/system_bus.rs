@@ -123,6 +123,20 @@ fn cansend(interface: &str, frame: &str) {
     assert!(status.success(), "cansend {interface} {frame}: {status}");
 }
 
+/// `candump`, listening.
+fn candump(interface: &str) -> Process {
+    let dump = Process::start(Command::new("candump").args(["-L", interface]));
+    // It says nothing when it is ready: send until a frame shows.
+    let ready = Instant::now() + Duration::from_secs(10);
+    loop {
+        cansend(interface, "7FF#00");
+        if dump.out.recv_timeout(Duration::from_millis(200)).is_ok() {
+            return dump;
+        }
+        assert!(Instant::now() < ready, "candump shows nothing");
+    }
+}
+
 #[test]
 fn cansend_and_candump_meet_the_octets_of_the_manual() {
     if !has_bus("cansend_and_candump_meet_the_octets_of_the_manual") {
@@ -130,16 +144,7 @@ fn cansend_and_candump_meet_the_octets_of_the_manual() {
     }
     let interface = Interface::new("vcan10");
     let _drive = Process::drive(interface.0, 5);
-    let dump = Process::start(Command::new("candump").args(["-L", interface.0]));
-    // candump says nothing when it is ready: ask until its own frame shows.
-    let ready = Instant::now() + Duration::from_secs(10);
-    loop {
-        cansend(interface.0, "7FF#00");
-        if dump.out.recv_timeout(Duration::from_millis(200)).is_ok() {
-            break;
-        }
-        assert!(Instant::now() < ready, "candump shows nothing");
-    }
+    let dump = candump(interface.0);
     // C0012 := 20 s (PLC14 p. 3-45).
     cansend(interface.0, "605#23F35F00400D0300");
     expect(&dump.out, "585#60F35F0000000000");
@@ -278,4 +283,43 @@ fn a_node_address_twice_and_an_interface_that_is_not_there_are_told() {
     let lost =
         Process::start(Command::new(env!("CARGO_BIN_EXE_lenze9300-for-peers")).args(["serve", "--can", "vcan99"]));
     expect(&lost.errors, "vcan99: no such interface");
+}
+
+#[test]
+fn a_bus_with_many_errors_and_a_controller_that_is_off_are_told_and_the_drive_answers_again() {
+    if !has_bus("a_bus_with_many_errors_and_a_controller_that_is_off_are_told_and_the_drive_answers_again") {
+        return;
+    }
+    let interface = Interface::new("vcan14");
+    let drive = Process::drive(interface.0, 1);
+    let dump = candump(interface.0);
+    // Error frames as the driver of a controller makes them (linux/can/error.h): what a wrong bit rate looks like first, error passive
+    // while sending (class 0x004, data 1 = 0x20), and then bus off (class 0x040).
+    cansend(interface.0, "20000004#0020000000000000");
+    expect(&drive.errors, "error passive): check bit rate");
+    // CE4 shall be a warning: C0595 := 2.
+    cansend(interface.0, "601#23AC5D00204E0000");
+    expect(&dump.out, "581#60AC5D00");
+    cansend(interface.0, "20000040#0000000000000000");
+    expect(&drive.errors, "bus off: check bit rate and wiring");
+    expect(&drive.errors, "system bus off (CE4)");
+    // Off the bus it hears nothing.
+    cansend(interface.0, "601#40F35F0000000000");
+    std::thread::sleep(Duration::from_millis(100));
+    // The controller was started again (class 0x100).
+    cansend(interface.0, "20000100#0000000000000000");
+    expect(&drive.errors, "system bus is back");
+    cansend(interface.0, "601#40C25F0000000000");
+    let first = expect(&dump.out, " 581#");
+    assert!(first.contains("581#43C25F00"), "answered while off: {first}");
+    // Fault memory, C0168/2 after the fault went: 2065 = warning CE4.
+    let until = Instant::now() + Duration::from_secs(10);
+    loop {
+        cansend(interface.0, "601#40575F0200000000");
+        let line = expect(&dump.out, " 581#43575F02");
+        if line.contains("581#43575F0210183B01") {
+            break;
+        }
+        assert!(Instant::now() < until, "CE4 is not in the fault memory: {line}");
+    }
 }
