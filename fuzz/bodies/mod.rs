@@ -15,3 +15,4 @@ pub(crate) mod input;
 pub(crate) mod master;
 pub(crate) mod parameter_channel;
 pub(crate) mod slave;
+pub(crate) mod system_bus;

@@ -102,6 +102,11 @@ fn the_corpus_of_the_parameter_channel_is_clean() {
     replay("parameter_channel", bodies::parameter_channel::run);
 }
 
+#[test]
+fn the_corpus_of_the_system_bus_is_clean() {
+    replay("system_bus", bodies::system_bus::run);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
@@ -128,6 +133,11 @@ proptest! {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn a_node_of_the_system_bus_survives_anything_and_answers_again(octets in octets(200)) {
+        bodies::system_bus::run(&octets);
+    }
 
     #[test]
     fn a_master_survives_anything_and_exchanges_data_again(octets in octets(120)) {
