@@ -31,7 +31,7 @@ pub struct RealLine {
 
 /// What an operating system and a USB adapter may add to an answer: a Linux tty wakes its reader within some
 /// milliseconds, an FTDI adapter keeps octets for up to 16 ms by default.
-const LATENCY: Duration = Duration::from_millis(50);
+pub(crate) const LATENCY: Duration = Duration::from_millis(50);
 
 /// Longest wait for DRIVE_RDY: nobody waits a minute at a machine.
 const START_UP_LIMIT_NS: u64 = 10_000_000_000;
@@ -40,7 +40,7 @@ const LOSS_LIMIT_NS: u64 = 3_000_000_000;
 /// A pulled adapter may come back for so long; the drive must be in data exchange again before [`LOSS_LIMIT_NS`] ends.
 const UNPLUGGED_LIMIT: StdDuration = StdDuration::from_millis(2_500);
 /// An exchange of the parameter channel that takes longer is reported.
-const PARAMETER_LIMIT_NS: u64 = 3_000_000_000;
+pub(crate) const PARAMETER_LIMIT_NS: u64 = 3_000_000_000;
 
 /// Runs `plan` in real time. `feed_done` is called after each feed, `note` with what the user should know about the port.
 ///
@@ -179,7 +179,7 @@ pub fn run(
 }
 
 /// Peripheral address of the process data (thesis ch. 9).
-const PZD_ADDRESS: u16 = 0x0118;
+pub(crate) const PZD_ADDRESS: u16 = 0x0118;
 
 /// What POS_ACT tells: record 01 sets the reference at the start, so it counts from there.
 fn seen_from_the_bus(n: usize, mode: FeedMode, length_mm: f64, outputs: &Outputs, job_ns: Option<u64>) -> FeedReport {

@@ -3,9 +3,12 @@
 use std::net::SocketAddr;
 
 use clap::Args;
+use dp_master::phy::PortName;
+use dp_master::time::Baud;
 
 use super::model::ModelArgs;
-use crate::panel::{Access, Panel, serve};
+use crate::panel::{Access, Machine, Panel, serve};
+use crate::real_line::RealLine;
 use crate::rig::RigConfig;
 
 /// What `film-feed panel` takes.
@@ -17,6 +20,15 @@ pub struct PanelArgs {
     /// What a page must know to be let in, 16 characters or more of A–Z, a–z, 0–9, - and _: open the page with ?token=….
     #[arg(long, value_name = "SECRET")]
     token: Option<String>,
+    /// A real line instead of the simulated machine: a serial device, or tcp://host:port of a serial-device server.
+    #[arg(long, value_name = "PATH", conflicts_with_all = ["fidelity", "film", "gear_stiffness", "seed"])]
+    port: Option<PortName>,
+    /// Baud rate of that line in bit/s.
+    #[arg(long, value_name = "RATE", default_value = "1500000", requires = "port")]
+    baud: Baud,
+    /// DP address of the drive on that line, 0…125.
+    #[arg(long, value_name = "N", default_value_t = 3, requires = "port", value_parser = clap::value_parser!(u8).range(0..=125))]
+    address: u8,
     /// Seed of everything random.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -39,7 +51,16 @@ pub fn run(args: &PanelArgs) -> Result<bool, String> {
         .token
         .as_ref()
         .map_or(String::new(), |token| format!("/?token={token}"));
-    serve(Panel { access, rig }, |at| {
+    let machine = match &args.port {
+        None => Machine::Simulated(Box::new(rig)),
+        Some(port) => Machine::Real(RealLine {
+            port: port.clone(),
+            baud: args.baud,
+            slave_address: args.address,
+            plc_cycle_ns: 5_000_000,
+        }),
+    };
+    serve(Panel { access, machine }, |at| {
         println!("panel at http://{at}{token}; Ctrl-C ends it")
     })
     .map(|()| true)

@@ -46,6 +46,9 @@ pub enum PanelError {
     /// The rig cannot be built.
     #[error("{0}")]
     Rig(#[from] crate::rig::RigError),
+    /// The line cannot be opened.
+    #[error("{0}")]
+    Line(String),
     /// The server ended.
     #[error("the server ended: {0}")]
     Server(std::io::Error),

@@ -16,10 +16,12 @@ use tokio::sync::mpsc;
 
 use super::capture::Capture;
 use super::feeds::FeedJudge;
-use super::protocol::{INPUTS, MAX_CHANNELS, Order, Samples, Told};
+use super::live::Live;
+use super::protocol::{Frame, Hello, INPUTS, MAX_CHANNELS, Order, Samples, Told};
 use super::snapshot;
 use crate::block::Inputs;
 use crate::machine::{MarkConfig, Missing};
+use crate::real_line::RealLine;
 use crate::rig::{Rig, RigConfig, RigError, TickView};
 
 /// A page, by number.
@@ -58,7 +60,7 @@ const HEARD: usize = 40;
 /// Rows that a frame carries at the most; more are thinned to it.
 const ROWS: f64 = 500.0;
 /// How long a start edge is given to be taken, s.
-const START_S: f64 = 0.5;
+pub(super) const START_S: f64 = 0.5;
 
 impl Engine {
     /// Starts the chain at power-up, at real time, paused by nobody.
@@ -81,35 +83,45 @@ impl Engine {
         inputs.mark_velocity = 2_000;
         inputs.acceleration = 10_000;
         inputs.distance = 12_000;
-        let (orders, received) = channel();
         let plant = Plant {
             rig,
             config,
             heard,
-            clients: HashMap::new(),
-            control: None,
             factor: 1.0,
             owed_ns: 0.0,
             step_ns: 0,
-            seq: 0,
             start_until_s: None,
             bit_error_rate: 0.0,
             plugged: true,
             recorder: Recorder::default(),
             rounds: Rounds::default(),
         };
-        thread::Builder::new()
+        Ok(Self::run(Box::new(plant), capture))
+    }
+
+    /// Starts block and master in real time on a line.
+    ///
+    /// # Errors
+    ///
+    /// One sentence when the line cannot be opened.
+    pub fn start_on(line: &RealLine) -> Result<Self, String> {
+        let live = Live::open(line)?;
+        Ok(Self::run(Box::new(live), Capture::new(line.baud)))
+    }
+
+    fn run(source: Box<dyn Source>, capture: Capture) -> Self {
+        let (orders, received) = channel();
+        let hub = Hub {
+            source,
+            clients: HashMap::new(),
+            control: None,
+            seq: 0,
+        };
+        // Without a thread there is nobody to take orders; pages are told that the engine has ended.
+        let _ = thread::Builder::new()
             .name("panel-engine".to_owned())
-            .spawn(move || plant.run(&received))
-            .map(|_| Self {
-                orders,
-                capture: capture.clone(),
-            })
-            .or_else(|_| {
-                // Without a thread there is nobody to take orders; pages are told that the engine has ended.
-                let (orders, _) = channel();
-                Ok(Self { orders, capture })
-            })
+            .spawn(move || hub.run(&received));
+        Self { orders, capture }
     }
 
     /// Hands something over; `false` when the engine has ended.
@@ -138,14 +150,11 @@ pub(super) struct Plant {
     pub(super) rig: Rig,
     config: RigConfig,
     pub(super) heard: Heard,
-    clients: HashMap<ClientId, mpsc::Sender<Arc<str>>>,
-    control: Option<ClientId>,
     pub(super) factor: f64,
     /// Machine time that is due, ns.
     owed_ns: f64,
     /// Machine time of single steps that is due, ns.
     step_ns: u64,
-    pub(super) seq: u64,
     start_until_s: Option<f64>,
     pub(super) bit_error_rate: f64,
     pub(super) plugged: bool,
@@ -232,7 +241,34 @@ impl Recorder {
     }
 }
 
-impl Plant {
+/// What the panel shows and works: the simulated chain, or a real line.
+pub(super) trait Source: Send {
+    /// Lets the machine go on for the time of a frame.
+    fn advance(&mut self, frame: Duration);
+
+    /// What is to be seen now, and what was recorded since the last call.
+    fn frame(&mut self, seq: u64) -> Frame;
+
+    /// What does not change.
+    fn hello(&self) -> Hello;
+
+    /// Carries an order out.
+    ///
+    /// # Errors
+    ///
+    /// One sentence.
+    fn obey(&mut self, order: Order) -> Result<Option<Told>, String>;
+}
+
+/// Pages, and who of them may change something.
+struct Hub {
+    source: Box<dyn Source>,
+    clients: HashMap<ClientId, mpsc::Sender<Arc<str>>>,
+    control: Option<ClientId>,
+    seq: u64,
+}
+
+impl Hub {
     fn run(mut self, orders: &Receiver<ToEngine>) {
         let mut next = Instant::now();
         loop {
@@ -244,7 +280,7 @@ impl Plant {
                     Err(TryRecvError::Disconnected) => return,
                 }
             }
-            self.advance();
+            self.source.advance(FRAME);
             self.tell_frame();
             // What takes longer than it may is not made up for: the machine is slower then.
             next = (next + FRAME).max(Instant::now());
@@ -252,57 +288,8 @@ impl Plant {
         }
     }
 
-    fn advance(&mut self) {
-        self.owed_ns += self.factor * FRAME.as_nanos() as f64;
-        // More rows than a page can draw are of no use: from ten times real time on they are thinned.
-        self.recorder.interval_ms = (self.factor * FRAME.as_millis() as f64 / ROWS).ceil().max(1.0) as u64;
-        let begun = Instant::now();
-        let end_ns = self.rig.now_ns() as f64 + self.owed_ns + self.step_ns as f64;
-        while (self.rig.now_ns() + self.plc_cycle_ns()) as f64 <= end_ns {
-            self.plc_cycle();
-            if begun.elapsed() > 2 * FRAME {
-                // Too fast for this computer: what is not done is dropped.
-                self.owed_ns = 0.0;
-                self.step_ns = 0;
-                return;
-            }
-        }
-        let left_ns = end_ns - self.rig.now_ns() as f64;
-        self.step_ns = 0;
-        self.owed_ns = left_ns.max(0.0);
-    }
-
-    fn plc_cycle_ns(&self) -> u64 {
-        self.config.plc_cycle_ns
-    }
-
-    fn plc_cycle(&mut self) {
-        let now_s = self.rig.now_ns() as f64 / 1e9;
-        let outputs = *self.rig.outputs();
-        if let Some(until_s) = self.start_until_s
-            && (outputs.running || now_s > until_s)
-        {
-            self.start_until_s = None;
-            self.rig.inputs_mut().pos_start = false;
-        }
-        let inputs = *self.rig.inputs_mut();
-        let recorder = &mut self.recorder;
-        recorder.running = outputs.running;
-        recorder.finished = outputs.job_finished;
-        recorder.request = (inputs.read_mark, f64::from(inputs.distance) / 10.0);
-        self.rig.cycle(&mut |view: &mut TickView<'_>| recorder.tick(view));
-        let rounds = self.rig.parameter_watch().rounds();
-        if rounds != self.rounds.seen {
-            let now_ns = self.rig.now_ns();
-            self.rounds.last_ms = (now_ns - self.rounds.at_ns) as f64 / 1e6;
-            self.rounds.seen = rounds;
-            self.rounds.at_ns = now_ns;
-        }
-        while self.rig.master_mut().poll_event().is_some() {}
-    }
-
     fn tell_frame(&mut self) {
-        let frame = snapshot::frame(self);
+        let frame = self.source.frame(self.seq);
         self.seq += 1;
         self.tell_all(&Told::Frame(Box::new(frame)));
     }
@@ -357,7 +344,7 @@ impl Plant {
         match what {
             ToEngine::Joined(id, client) => {
                 self.clients.insert(id, client);
-                self.tell(id, &Told::Hello(Box::new(snapshot::hello())));
+                self.tell(id, &Told::Hello(Box::new(self.source.hello())));
                 // Who is alone need not ask.
                 if self.control.is_none() {
                     self.control = Some(id);
@@ -382,7 +369,6 @@ impl Plant {
     }
 
     fn obey(&mut self, id: ClientId, order: Order) -> Result<Option<Told>, String> {
-        let done = |what: String| Ok(Some(Told::Done { what }));
         match order {
             Order::TakeControl => {
                 if self.control.is_some_and(|holder| holder != id) {
@@ -399,6 +385,76 @@ impl Plant {
                 }
                 Ok(None)
             }
+            order => self.source.obey(order),
+        }
+    }
+}
+
+impl Plant {
+    fn plc_cycle_ns(&self) -> u64 {
+        self.config.plc_cycle_ns
+    }
+
+    fn plc_cycle(&mut self) {
+        let now_s = self.rig.now_ns() as f64 / 1e9;
+        let outputs = *self.rig.outputs();
+        if let Some(until_s) = self.start_until_s
+            && (outputs.running || now_s > until_s)
+        {
+            self.start_until_s = None;
+            self.rig.inputs_mut().pos_start = false;
+        }
+        let inputs = *self.rig.inputs_mut();
+        let recorder = &mut self.recorder;
+        recorder.running = outputs.running;
+        recorder.finished = outputs.job_finished;
+        recorder.request = (inputs.read_mark, f64::from(inputs.distance) / 10.0);
+        self.rig.cycle(&mut |view: &mut TickView<'_>| recorder.tick(view));
+        let rounds = self.rig.parameter_watch().rounds();
+        if rounds != self.rounds.seen {
+            let now_ns = self.rig.now_ns();
+            self.rounds.last_ms = (now_ns - self.rounds.at_ns) as f64 / 1e6;
+            self.rounds.seen = rounds;
+            self.rounds.at_ns = now_ns;
+        }
+        while self.rig.master_mut().poll_event().is_some() {}
+    }
+}
+
+impl Source for Plant {
+    fn advance(&mut self, frame: Duration) {
+        self.owed_ns += self.factor * frame.as_nanos() as f64;
+        // More rows than a page can draw are of no use: from ten times real time on they are thinned.
+        self.recorder.interval_ms = (self.factor * frame.as_millis() as f64 / ROWS).ceil().max(1.0) as u64;
+        let begun = Instant::now();
+        let end_ns = self.rig.now_ns() as f64 + self.owed_ns + self.step_ns as f64;
+        while (self.rig.now_ns() + self.plc_cycle_ns()) as f64 <= end_ns {
+            self.plc_cycle();
+            if begun.elapsed() > 2 * frame {
+                // Too fast for this computer: what is not done is dropped.
+                self.owed_ns = 0.0;
+                self.step_ns = 0;
+                return;
+            }
+        }
+        let left_ns = end_ns - self.rig.now_ns() as f64;
+        self.step_ns = 0;
+        self.owed_ns = left_ns.max(0.0);
+    }
+
+    fn frame(&mut self, seq: u64) -> Frame {
+        snapshot::frame(self, seq)
+    }
+
+    fn hello(&self) -> Hello {
+        snapshot::hello()
+    }
+
+    fn obey(&mut self, order: Order) -> Result<Option<Told>, String> {
+        let done = |what: String| Ok(Some(Told::Done { what }));
+        match order {
+            // The hub has carried these out.
+            Order::TakeControl | Order::ReleaseControl => Ok(None),
             Order::Speed { factor } => {
                 self.factor = within(factor, 0.0, 100.0, "speed")?;
                 Ok(None)
@@ -522,7 +578,7 @@ fn within(value: f64, min: f64, max: f64, what: &str) -> Result<f64, String> {
     }
 }
 
-fn set_input(inputs: &mut Inputs, name: &str, value: i32) -> Result<(), String> {
+pub(super) fn set_input(inputs: &mut Inputs, name: &str, value: i32) -> Result<(), String> {
     let info = INPUTS
         .iter()
         .find(|info| info.name == name)

@@ -9,6 +9,8 @@ pub(super) struct FeedJudge {
     number: u32,
     under_way: Option<UnderWay>,
     ended: Vec<FeedView>,
+    /// Positions count from the start of a feed, as POS_ACT does.
+    counts_from_start: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -27,6 +29,14 @@ struct UnderWay {
 const SETTLE_S: f64 = 0.15;
 
 impl FeedJudge {
+    /// A judge of positions that count from the start of each feed.
+    pub(super) fn counting_from_start() -> Self {
+        Self {
+            counts_from_start: true,
+            ..Self::default()
+        }
+    }
+
     /// Once a millisecond. `distance_mm` is what a feed by length shall move.
     pub(super) fn millisecond(
         &mut self,
@@ -40,7 +50,7 @@ impl FeedJudge {
         match &mut self.under_way {
             None if running => {
                 self.under_way = Some(UnderWay {
-                    start_mm: film_mm,
+                    start_mm: if self.counts_from_start { 0.0 } else { film_mm },
                     commanded_mm: (!is_mark).then_some(distance_mm),
                     is_mark,
                     begun_s: time_s,

@@ -12,10 +12,11 @@ pub mod access;
 mod capture;
 mod engine;
 mod feeds;
+mod live;
 pub mod protocol;
 mod server;
 mod snapshot;
 
 pub use access::{Access, AccessRefused, PanelError};
 pub use engine::Engine;
-pub use server::{Panel, serve};
+pub use server::{Machine, Panel, serve};

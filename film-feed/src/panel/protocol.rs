@@ -215,6 +215,8 @@ pub enum Told {
 pub struct Hello {
     /// Version of the program.
     pub version: &'static str,
+    /// Whether what is shown is a real line, where nothing can be slowed down or disturbed.
+    pub is_real: bool,
     /// Inputs of the block.
     pub inputs: Vec<InputInfo>,
     /// Signals of the oscilloscope: name, unit, meaning.
@@ -361,22 +363,22 @@ pub struct DriveView {
     pub control_word: u16,
     /// Status word.
     pub status_word: u16,
-    /// C0183.
-    pub diagnosis: u16,
+    /// C0183, where the inside of the drive can be seen; so are those below.
+    pub diagnosis: Option<u16>,
     /// The present fault: number and name as shown, cause, remedy.
     pub fault: Option<FaultView>,
     /// Fault memory, newest first.
     pub history: Vec<FaultView>,
     /// Record at work.
-    pub record: u8,
+    pub record: Option<u8>,
     /// DC link, V.
-    pub dc_link_v: f64,
+    pub dc_link_v: Option<f64>,
     /// Motor current, A rms.
-    pub current_a: f64,
+    pub current_a: Option<f64>,
     /// Temperature of the heat sink as C0061 shows it, °C.
-    pub heat_sink_c: f64,
+    pub heat_sink_c: Option<f64>,
     /// Level of terminal 28.
-    pub terminal_28: bool,
+    pub terminal_28: Option<bool>,
 }
 
 /// A fault.

@@ -20,6 +20,7 @@ use tokio::time::timeout;
 use super::access::{Access, AccessRefused, PanelError};
 use super::engine::{Engine, QUEUE, ToEngine};
 use super::protocol::{MAX_CLIENTS, MAX_ORDER, MAX_ORDERS_PER_S, Order};
+use crate::real_line::RealLine;
 use crate::rig::RigConfig;
 
 /// What a panel is made of.
@@ -27,8 +28,17 @@ use crate::rig::RigConfig;
 pub struct Panel {
     /// Who may come.
     pub access: Access,
-    /// The chain behind it.
-    pub rig: RigConfig,
+    /// What is behind it.
+    pub machine: Machine,
+}
+
+/// What a panel shows.
+#[derive(Debug, Clone)]
+pub enum Machine {
+    /// The whole chain in virtual time.
+    Simulated(Box<RigConfig>),
+    /// Block and master on a line, in real time.
+    Real(RealLine),
 }
 
 #[derive(Debug)]
@@ -45,7 +55,10 @@ struct Shared {
 ///
 /// [`PanelError`].
 pub fn serve(panel: Panel, ready: impl FnOnce(SocketAddr)) -> Result<(), PanelError> {
-    let engine = Engine::start(panel.rig)?;
+    let engine = match panel.machine {
+        Machine::Simulated(rig) => Engine::start(*rig)?,
+        Machine::Real(line) => Engine::start_on(&line).map_err(PanelError::Line)?,
+    };
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()

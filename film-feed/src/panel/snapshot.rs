@@ -17,6 +17,8 @@ use super::engine::{Plant, input_values};
 use super::protocol::{
     BusView, DriveView, FaultView, Frame, Hello, INPUTS, MachineView, NetRow, OutputView, ParameterView, TransitionInfo,
 };
+use crate::block::{FilmFeedBlock, Outputs};
+use crate::parameter_watch::ParameterWatch;
 use crate::report::TOLERANCE_MM;
 
 /// How far before and behind the reader the page shows the film, mm.
@@ -25,6 +27,7 @@ const SHOWN_MM: f64 = 1300.0;
 pub(super) fn hello() -> Hello {
     Hello {
         version: env!("CARGO_PKG_VERSION"),
+        is_real: false,
         inputs: INPUTS.to_vec(),
         signals: Signal::ALL
             .iter()
@@ -68,7 +71,7 @@ pub(super) fn hello() -> Hello {
     }
 }
 
-pub(super) fn frame(plant: &mut Plant) -> Frame {
+pub(super) fn frame(plant: &mut Plant, seq: u64) -> Frame {
     let samples = plant.recorder.take();
     let feeds = plant.recorder.judge.take();
     let inputs = input_values(plant.rig.inputs_mut());
@@ -89,23 +92,15 @@ pub(super) fn frame(plant: &mut Plant) -> Frame {
     let mut heard = plant.heard.lock().unwrap_or_else(PoisonError::into_inner);
     let statistics = rig.master().statistics();
     Frame {
-        seq: plant.seq,
+        seq,
         time_s: rig.now_ns() as f64 / 1e9,
         factor: plant.factor,
         samples,
         machine,
         inputs,
-        outputs: OutputView {
-            switched_on: outputs.switched_on,
-            drive_ready: outputs.drive_ready,
-            error: outputs.error,
-            running: outputs.running,
-            job_finished: outputs.job_finished,
-            speed_percent: f64::from(outputs.speed_percent),
-            position_mm: Some(f64::from(outputs.position_mm)).filter(|mm| mm.is_finite()),
-        },
+        outputs: output_view(outputs),
         drive: drive(plant),
-        parameters: parameters(plant),
+        parameters: parameter_view(rig.block(), rig.parameter_watch(), plant.rounds.last_ms),
         bus: BusView {
             baud: rig.line().baud().bits_per_second(),
             slave: slave_name(rig.slave_state()),
@@ -134,7 +129,7 @@ fn drive(plant: &Plant) -> DriveView {
         state: module.state().name(),
         control_word: module.control_word().0,
         status_word: module.status_word().0,
-        diagnosis: drive.diagnosis(),
+        diagnosis: Some(drive.diagnosis()),
         fault: Fault::from_lecom_number(number)
             .filter(|_| number != 0)
             .map(|(fault, _)| view(number, fault)),
@@ -143,16 +138,27 @@ fn drive(plant: &Plant) -> DriveView {
             .entries()
             .map(|entry| view(entry.lecom_number(), entry.fault))
             .collect(),
-        record: drive.traverse_status().record,
-        dc_link_v: sample.u_dc,
-        current_a: sample.current_rms(),
-        heat_sink_c: drive.heat_sink_c(),
-        terminal_28: drive.terminals().x5_28,
+        record: Some(drive.traverse_status().record),
+        dc_link_v: Some(sample.u_dc),
+        current_a: Some(sample.current_rms()),
+        heat_sink_c: Some(drive.heat_sink_c()),
+        terminal_28: Some(drive.terminals().x5_28),
     }
 }
 
-fn parameters(plant: &Plant) -> ParameterView {
-    let (block, watch) = (plant.rig.block(), plant.rig.parameter_watch());
+pub(super) fn output_view(outputs: &Outputs) -> OutputView {
+    OutputView {
+        switched_on: outputs.switched_on,
+        drive_ready: outputs.drive_ready,
+        error: outputs.error,
+        running: outputs.running,
+        job_finished: outputs.job_finished,
+        speed_percent: f64::from(outputs.speed_percent),
+        position_mm: Some(f64::from(outputs.position_mm)).filter(|mm| mm.is_finite()),
+    }
+}
+
+pub(super) fn parameter_view(block: &FilmFeedBlock, watch: &ParameterWatch, round_ms: f64) -> ParameterView {
     let hex = |octets: [u8; 8]| dp_master::wire::Hex(&octets).to_string();
     ParameterView {
         marked: block.marking().places().iter().collect(),
@@ -160,7 +166,7 @@ fn parameters(plant: &Plant) -> ParameterView {
         sent: hex(block.parameter_sent().to_bytes()),
         received: hex(block.parameter_received().to_bytes()),
         rounds: watch.rounds(),
-        round_ms: plant.rounds.last_ms,
+        round_ms,
         troubles: watch
             .troubles()
             .iter()
@@ -169,7 +175,7 @@ fn parameters(plant: &Plant) -> ParameterView {
     }
 }
 
-fn slave_name(state: SlaveState) -> String {
+pub(super) fn slave_name(state: SlaveState) -> String {
     match state {
         SlaveState::DataExchange => "data exchange".to_owned(),
         other => format!("{other:?}").to_lowercase(),

@@ -83,6 +83,10 @@ function build(hello) {
     choose(next);
     byId(`tab-${next}`).focus();
   });
+  if (hello.is_real) {
+    document.querySelector("header h1").append(" – ", element("strong", { word: "real_machine" }));
+    for (const id of ["pause", "factor"]) byId(id).disabled = true;
+  }
   choose("machine");
 }
 

@@ -104,11 +104,13 @@ export function frame({ drive }) {
     lastHistory = key;
     history.replaceChildren(...drive.history.map((entry) => element("tr", {}, element("td", { class: "number" }, String(entry.number)), element("td", {}, entry.name), element("td", {}, entry.cause))));
   }
-  diagnosis.textContent = drive.diagnosis;
-  extra.record.textContent = drive.record;
-  extra.current.textContent = `${drive.current_a.toFixed(3)} A`;
-  extra.link.textContent = `${drive.dc_link_v.toFixed(1)} V`;
-  extra.heat.textContent = `${drive.heat_sink_c.toFixed(1)} °C`;
+  // Of a real drive the bus does not tell these.
+  const told = (value, digits, unit) => (value === null ? "–" : `${value.toFixed(digits)} ${unit}`.trim());
+  diagnosis.textContent = told(drive.diagnosis, 0, "");
+  extra.record.textContent = told(drive.record, 0, "");
+  extra.current.textContent = told(drive.current_a, 3, "A");
+  extra.link.textContent = told(drive.dc_link_v, 1, "V");
+  extra.heat.textContent = told(drive.heat_sink_c, 1, "°C");
 }
 
 export function code(told) {

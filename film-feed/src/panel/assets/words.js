@@ -2,7 +2,7 @@
 
 const WORDS = {
   en: {
-    skip: "To the view", title: "Film feed", machine_time: "Machine time", speed: "Speed", pause: "Pause", step: "Step 5 ms",
+    skip: "To the view", title: "Film feed", real_machine: "real machine", machine_time: "Machine time", speed: "Speed", pause: "Pause", step: "Step 5 ms",
     factor: "Speed factor", language: "Language", take_control: "Take control", release_control: "Release control",
     control_yours: "You have the control.", control_other: "Another page has the control; you can look.", control_free: "Nobody has the control.",
     lost: "The connection is lost; reload the page when the program runs again.",
@@ -20,7 +20,7 @@ const WORDS = {
     error: "Error in µm", number: "No.", mode: "Mode", length: "length", mark: "mark", duration: "Time in s", refused_from: "From here lead", diagnosis: "Diagnosis C0183", record: "Record", current: "Motor current", link: "DC link", heat: "Heat sink",
   },
   de: {
-    skip: "Zur Ansicht", title: "Folienvorzug", machine_time: "Maschinenzeit", speed: "Tempo", pause: "Pause", step: "Schritt 5 ms",
+    skip: "Zur Ansicht", title: "Folienvorzug", real_machine: "echte Maschine", machine_time: "Maschinenzeit", speed: "Tempo", pause: "Pause", step: "Schritt 5 ms",
     factor: "Zeitfaktor", language: "Sprache", take_control: "Bedienung übernehmen", release_control: "Bedienung abgeben",
     control_yours: "Sie bedienen.", control_other: "Eine andere Seite bedient; Sie sehen zu.", control_free: "Niemand bedient.",
     lost: "Die Verbindung ist unterbrochen; laden Sie die Seite neu, wenn das Programm wieder läuft.",

@@ -1,0 +1,116 @@
+//! The panel on a line instead of the simulated machine: the drive is a process of its own behind a pseudo-terminal, in real time.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "a test may unwrap: the panic is its report")]
+
+use std::io::{BufRead, BufReader};
+use std::net::TcpStream;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+use tungstenite::{Message, WebSocket};
+
+/// A process that ends with its test, ready when it has written its first line.
+struct Running(Child, String);
+
+impl Running {
+    fn new(program: &str, arguments: &[&str]) -> Self {
+        let mut child = Command::new(program)
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.as_mut().unwrap())
+            .read_line(&mut line)
+            .unwrap();
+        Self(child, line)
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn hear(page: &mut WebSocket<TcpStream>, kind: &str) -> Value {
+    let begun = Instant::now();
+    while begun.elapsed() < Duration::from_secs(20) {
+        if let Message::Text(text) = page.read().unwrap() {
+            let told: Value = serde_json::from_str(&text).unwrap();
+            if told["t"] == kind {
+                return told;
+            }
+        }
+    }
+    panic!("no {kind} came");
+}
+
+fn until(page: &mut WebSocket<TcpStream>, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+    let begun = Instant::now();
+    loop {
+        let frame = hear(page, "frame");
+        if is_so(&frame) {
+            return frame;
+        }
+        assert!(
+            begun.elapsed() < Duration::from_secs(40),
+            "{what}: never; {}",
+            frame["outputs"]
+        );
+    }
+}
+
+#[test]
+fn a_feed_is_started_and_seen_through_the_panel_on_a_line() {
+    let link = std::env::temp_dir().join(format!("panel-line-{}", std::process::id()));
+    let link = link.to_str().unwrap();
+    let drive = Running::new(env!("CARGO_BIN_EXE_lenze9300-under-test"), &["serve", "--pty", link]);
+    assert!(drive.1.contains("answering at address 3"), "{}", drive.1);
+    let panel = Running::new(
+        env!("CARGO_BIN_EXE_film-feed-under-test"),
+        &["panel", "--listen", "127.0.0.1:0", "--port", link],
+    );
+    let at = panel.1.split("http://").nth(1).unwrap();
+    let at = &at[..at.find(';').unwrap()];
+    let stream = TcpStream::connect(at).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    let (mut page, _) = tungstenite::client(format!("ws://{at}/live"), stream).unwrap();
+    let say = |page: &mut WebSocket<TcpStream>, order: Value| page.send(Message::text(order.to_string())).unwrap();
+
+    assert_eq!(hear(&mut page, "hello")["is_real"], true);
+    until(&mut page, "data exchange", |frame| {
+        frame["bus"]["slave"] == "data exchange"
+    });
+    say(&mut page, json!({ "do": "set", "input": "enable", "value": 1 }));
+    until(&mut page, "DRIVE_RDY", |frame| frame["outputs"]["drive_ready"] == true);
+    // The thesis' values take two rounds of the parameter telegrams to the drive.
+    until(&mut page, "two rounds", |frame| {
+        frame["parameters"]["rounds"].as_u64().unwrap() >= 2
+    });
+    say(&mut page, json!({ "do": "start" }));
+    let frame = until(&mut page, "a feed", |frame| {
+        !frame["machine"]["feeds"].as_array().unwrap().is_empty()
+    });
+    let feed = &frame["machine"]["feeds"][0];
+    // What POS_ACT says of 1200 mm: ±0.01 mm (film-feed specification, section 1).
+    assert!(
+        feed["finished"] == true && feed["error_um"].as_f64().unwrap().abs() <= 10.0,
+        "{feed}"
+    );
+    assert_eq!(frame["drive"]["state"], "operation enabled");
+
+    // What only a simulated machine can do is refused.
+    say(&mut page, json!({ "do": "speed", "factor": 10.0 }));
+    let why = hear(&mut page, "refused")["why"].as_str().unwrap().to_owned();
+    assert!(why.contains("this one is real"), "{why}");
+    // Gone: the block keeps what it had, and the page says where the slave stands.
+    drop(drive);
+    until(&mut page, "the drive is gone", |frame| {
+        frame["bus"]["slave"] != "data exchange"
+    });
+}
