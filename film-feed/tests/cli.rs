@@ -420,6 +420,24 @@ fn a_trace_has_its_named_columns_and_a_row_per_millisecond() {
 }
 
 #[test]
+fn a_plot_is_a_png_where_its_name_says_so() {
+    let scratch = Scratch::new();
+    let plot = scratch.path("feed.PNG");
+    let output = film_feed(&["--feeds", "1", "--plot", &plot]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let octets = std::fs::read(&plot).unwrap();
+    // PNG (ISO/IEC 15948) 5.2, the signature; 11.2.1, width and height behind length and name of the first chunk.
+    assert_eq!(octets[..8], [0x89, b'P', b'N', b'G', b'\r', b'\n', 0x1A, b'\n']);
+    let number = |at: usize| u32::from_be_bytes(octets[at..at + 4].try_into().unwrap());
+    assert!(
+        number(16) > number(20) && number(20) >= 1000,
+        "{} by {}",
+        number(16),
+        number(20)
+    );
+}
+
+#[test]
 fn chosen_signals_are_traced_as_csv_or_parquet_by_the_name_of_the_file() {
     let scratch = Scratch::new();
     let trace = |name: &str| {

@@ -36,6 +36,7 @@ pub mod code;
 pub mod control;
 pub mod device;
 pub mod noise;
+pub mod picture;
 pub mod plant;
 pub mod response;
 pub mod scope;

@@ -136,3 +136,11 @@ fn report_usage(error: &clap::Error) -> u8 {
     eprintln!("film-feed: {sentence}; `film-feed {asked} --help` lists what is allowed");
     BAD_INPUT
 }
+
+/// The octets of a picture for a file whose name says what it is to be: PNG or SVG.
+fn picture(path: Option<&std::path::Path>, svg: &str) -> Result<Vec<u8>, String> {
+    match path {
+        Some(path) => lenze9300_model::picture::for_file(path, svg).map_err(|error| error.to_string()),
+        None => Ok(svg.as_bytes().to_vec()),
+    }
+}

@@ -88,8 +88,8 @@ pub struct RunArgs {
     /// Milliseconds from one row of --signals to the next, 1…1000.
     #[arg(long, value_name = "MS", default_value_t = 1, requires = "signals", value_parser = clap::value_parser!(u32).range(1..=1000))]
     interval: u32,
-    /// Draw interpolator and motor speed of the first feed as SVG.
-    #[arg(long, value_name = "FILE.svg", conflicts_with = "port")]
+    /// Draw interpolator and motor speed of the first feed as SVG, or as PNG by the name of the file.
+    #[arg(long, value_name = "FILE", conflicts_with = "port")]
     plot: Option<PathBuf>,
     /// Run in real time against whatever answers on this line: a serial device, or tcp://host:port of a serial-device
     /// server.
@@ -263,7 +263,8 @@ pub fn run(args: &RunArgs) -> Result<bool, String> {
     // A run that ended before its first feed has nothing to draw; its report says why it ended.
     if let Some(file) = picture.filter(|_| !report.feeds.is_empty()) {
         let svg = draw(&report, &samples)?;
-        file.commit(|out| out.write_all(svg.as_bytes()))?;
+        let octets = super::picture(args.plot.as_deref(), &svg)?;
+        file.commit(|out| out.write_all(&octets))?;
     }
     match print(args, &report) {
         // Whoever closed the pipe has read enough; the exit code still tells how the feeds went.

@@ -32,8 +32,8 @@ pub struct SizeArgs {
     /// Gears to try with --candidates, such as 5,7,10 or 7:2; that of the machine if not given.
     #[arg(long, value_name = "I,…", value_delimiter = ',', requires = "candidates")]
     gears: Vec<Gear>,
-    /// Draw the operating points in the torque-speed diagram as SVG.
-    #[arg(long, value_name = "FILE.svg")]
+    /// Draw the operating points in the torque-speed diagram, as SVG, or as PNG by the name of the file.
+    #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
 }
 
@@ -62,7 +62,8 @@ pub fn run(args: &SizeArgs) -> Result<bool, String> {
     }
     if let Some(file) = picture {
         let svg = size::torque_over_speed(&machine, &sizing).map_err(|error| error.to_string())?;
-        file.commit(|out| out.write_all(svg.as_bytes()))?;
+        let octets = super::picture(args.plot.as_deref(), &svg)?;
+        file.commit(|out| out.write_all(&octets))?;
     }
     super::print(args.json, &sizing)?;
     Ok(sizing.ok())

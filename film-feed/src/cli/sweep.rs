@@ -38,8 +38,8 @@ pub struct SweepArgs {
     /// Go on with a sweep that was stopped: machines that have run are not run again.
     #[arg(long, requires = "out")]
     resume: bool,
-    /// Draw every figure over every parameter as SVG.
-    #[arg(long, value_name = "FILE.svg")]
+    /// Draw every figure over every parameter as SVG, or as PNG by the name of the file.
+    #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
 }
 
@@ -60,8 +60,8 @@ struct MergeArgs {
     /// Print the summary as one JSON object.
     #[arg(long)]
     json: bool,
-    /// Draw every figure over every parameter as SVG.
-    #[arg(long, value_name = "FILE.svg")]
+    /// Draw every figure over every parameter as SVG, or as PNG by the name of the file.
+    #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
 }
 
@@ -155,7 +155,7 @@ fn sweep(args: &SweepArgs, spec_path: &Path) -> Result<bool, Failure> {
         write_table(&table, path, format)?;
         journal.remove();
     }
-    draw(&table, picture)?;
+    draw(&table, picture, args.plot.as_deref())?;
     let feeds = open.len() as f64 * f64::from(spec.feeds());
     let effort = Effort {
         machines_run: open.len(),
@@ -273,14 +273,15 @@ fn merge(args: &MergeArgs) -> Result<bool, Failure> {
     let picture = args.plot.as_deref().map(OutputFile::create).transpose().map_err(bad)?;
     let table = sweep::merge(parts).map_err(bad)?;
     write_table(&table, &args.out, format)?;
-    draw(&table, picture)?;
+    draw(&table, picture, args.plot.as_deref())?;
     print(&table, None, args.json)
 }
 
-fn draw(table: &ResultTable, picture: Option<OutputFile>) -> Result<(), Failure> {
+fn draw(table: &ResultTable, picture: Option<OutputFile>, path: Option<&Path>) -> Result<(), Failure> {
     let Some(file) = picture else { return Ok(()) };
     let svg = sweep::draw_svg(table).map_err(|error| (NOT_DONE, error.to_string()))?;
-    file.commit(|out| out.write_all(svg.as_bytes()))
+    let octets = super::picture(path, &svg).map_err(|sentence| (NOT_DONE, sentence))?;
+    file.commit(|out| out.write_all(&octets))
         .map_err(|sentence| (NOT_DONE, sentence))
 }
 

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use lenze9300_model::code::table::{CODE_TABLE, Form};
 use lenze9300_model::code::{CodeError, CodeStore, Inhibit};
+use lenze9300_model::picture;
 use lenze9300_model::response::{LinearLoop, LoopFigures, LoopKind, Margins, StepResponse};
 use lenze9300_model::{AxisParams, ControllerCodes};
 
@@ -32,8 +33,8 @@ pub(crate) struct LoopArgs {
     /// One JSON object on standard output instead of the table.
     #[arg(long)]
     pub(crate) json: bool,
-    /// Draw the curve into this SVG file.
-    #[arg(long, value_name = "FILE.svg")]
+    /// Draw the curve, as SVG, or as PNG by the name of the file.
+    #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
 }
 
@@ -185,7 +186,8 @@ pub(crate) fn write_picture(path: &Path, svg: &str) -> Result<(), String> {
     }
     name.push(".part");
     let provisional = path.with_file_name(name);
-    fs::write(&provisional, svg).map_err(complain)?;
+    let octets = picture::for_file(path, svg).map_err(|error| error.to_string())?;
+    fs::write(&provisional, octets).map_err(complain)?;
     fs::rename(&provisional, path).map_err(complain)
 }
 

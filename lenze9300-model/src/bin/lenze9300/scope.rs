@@ -37,8 +37,8 @@ pub(crate) struct ScopeArgs {
     /// Where to write the samples: FILE.csv or FILE.parquet.
     #[arg(long, value_name = "FILE", required_unless_present = "svg")]
     out: Option<PathBuf>,
-    /// Draw the curves as SVG.
-    #[arg(long, value_name = "FILE.svg")]
+    /// Draw the curves, as SVG, or as PNG by the name of the file.
+    #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
 }
 
@@ -118,7 +118,7 @@ pub(crate) fn scope(args: &ScopeArgs) -> Result<Done, String> {
     }
     if let Some(path) = &args.svg {
         let svg = table.draw_svg("Oscilloscope").map_err(|error| error.to_string())?;
-        std::fs::write(path, svg).map_err(|error| format!("{} cannot be written: {error}", path.display()))?;
+        crate::loop_args::write_picture(path, &svg)?;
     }
     say(&format!(
         "{} samples in {:.1} s, one in {:.1} ms",
