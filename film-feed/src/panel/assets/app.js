@@ -44,6 +44,7 @@ function hear(told) {
       if (lastSeq !== null) window.framesLost += told.seq - lastSeq - 1;
       lastSeq = told.seq;
       byId("time").textContent = told.time_s.toFixed(3);
+      showSpeed(told.factor);
       for (const view of Object.values(VIEWS)) view.frame?.(told);
       document.body.dataset.frames = told.seq;
       break;
@@ -100,14 +101,17 @@ function choose(name) {
   }
 }
 
+// The program says how fast the machine runs: another page, or this one before it was loaded anew, may have chosen it.
 let paused = false;
-function speed() {
-  send({ do: "speed", factor: paused ? 0 : Number(byId("factor").value) });
+function showSpeed(factor) {
+  paused = factor === 0;
   byId("pause").setAttribute("aria-pressed", paused);
   byId("step").disabled = !paused;
+  if (!paused && document.activeElement !== byId("factor")) byId("factor").value = factor;
 }
-byId("pause").addEventListener("click", () => { paused = !paused; speed(); });
-byId("factor").addEventListener("change", () => { paused = false; speed(); });
+const speed = (factor) => send({ do: "speed", factor });
+byId("pause").addEventListener("click", () => speed(paused ? Number(byId("factor").value) : 0));
+byId("factor").addEventListener("change", () => speed(Number(byId("factor").value)));
 byId("step").addEventListener("click", () => send({ do: "step", ms: 5 }));
 byId("control").addEventListener("click", () => send({ do: mine ? "release_control" : "take_control" }));
 byId("language").addEventListener("change", (event) => {

@@ -6,7 +6,7 @@ import { word } from "./words.js";
 // The film in the picture: 1 mm is a third of a unit, the reader stands at 700.
 const READER = 700;
 const SCALE = 0.45;
-let marks, roller, readerLamp, position, velocity, bars, list, enabled, toMark, empty;
+let marks, roller, readerLamp, position, velocity, bars, list, enabled, toMark, guard, empty;
 const feeds = [];
 
 export function build(section, hello, send) {
@@ -29,7 +29,7 @@ export function build(section, hello, send) {
     marks,
     drawn("path", { d: `M${READER} 38 V62`, stroke: "#1b1f24", "stroke-width": 3 }), readerLamp, label("reader", READER, 14),
     drawn("circle", { cx: 830, cy: 110, r: 40, fill: "#f2f4f6", stroke: "#1b1f24", "stroke-width": 2 }), roller, label("roller", 830, 170),
-    drawn("path", { d: "M950 20 V62 l-8 -12 h16 z", stroke: "#1b1f24", fill: "#1b1f24", "stroke-width": 3 }), label("tool", 950, 14),
+    drawn("path", { d: "M950 20 V50 M942 50 h16 l-8 12 z", stroke: "#1b1f24", fill: "#1b1f24", "stroke-width": 3 }), label("tool", 950, 14),
   );
   position = element("output");
   velocity = element("output");
@@ -41,19 +41,15 @@ export function build(section, hello, send) {
   const heads = ["number", "mode", "error", "duration"].map((key) => element("th", { scope: "col", word: key }));
   const table = element("table", { id: "feeds" }, element("thead", {}, element("tr", {}, ...heads)), list);
 
-  const toggle = (key, order) => {
-    const button = element("button", { word: key, "aria-pressed": "false", onclick: () => {
-      const on = button.getAttribute("aria-pressed") !== "true";
-      button.setAttribute("aria-pressed", on);
-      send(order(on));
-    } });
-    return button;
-  };
+  // Pressed is what the frames say, not what was clicked: an order may be refused, and another page may have given it.
+  guard = element("button", { word: "guard", "aria-pressed": "false", onclick: () => send({ do: "terminal28", high: guard.getAttribute("aria-pressed") === "true" }) });
   const load = element("input", { type: "number", min: -3, max: 3, step: 0.05, value: 0 });
   const disturb = card("disturb",
     element("div", { class: "tools" },
-      toggle("mains_off", (on) => ({ do: "mains", on: !on })),
-      toggle("guard", (on) => ({ do: "terminal28", high: !on })),
+      // Frames do not tell the mains: two buttons, neither of which claims a state.
+      element("button", { word: "mains_off", onclick: () => send({ do: "mains", on: false }) }),
+      element("button", { word: "mains_on", onclick: () => send({ do: "mains", on: true }) }),
+      guard,
       element("button", { word: "no_print", onclick: () => send({ do: "rethread", printed: false }) }),
       element("button", { word: "print", onclick: () => send({ do: "rethread", printed: true }) })),
     element("div", { class: "tools" }, field("load", load), element("button", { word: "set", onclick: () => send({ do: "load", nm: Number(load.value) }) })));
@@ -64,7 +60,7 @@ export function build(section, hello, send) {
   chart();
 }
 
-export function frame({ machine, inputs }) {
+export function frame({ machine, inputs, drive }) {
   marks.replaceChildren(...machine.marks.map(([ahead, printed]) => drawn("rect", {
     x: READER - ahead * SCALE - 3, y: 60, width: 6, height: 16, fill: printed ? "#1b1f24" : "#ffffff", stroke: "#1b1f24",
   })));
@@ -74,6 +70,7 @@ export function frame({ machine, inputs }) {
   velocity.textContent = `${machine.speed_mm_s.toFixed(1)} mm/s`;
   enabled.setAttribute("aria-pressed", inputs[0] === 1);
   toMark.setAttribute("aria-pressed", inputs[4] === 1);
+  guard.setAttribute("aria-pressed", !drive.terminal_28);
   if (machine.feeds.length) {
     feeds.push(...machine.feeds);
     feeds.splice(0, Math.max(0, feeds.length - 20));

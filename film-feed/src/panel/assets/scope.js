@@ -108,11 +108,15 @@ const shown = () => {
   return rows.filter((row) => row[0] >= from && row[0] <= to);
 };
 
+// Channels of one unit share one scale, or their curves could not be compared.
 function bounds(part, place) {
+  const places = names.map((_, n) => n + 1).filter((other) => units[other - 1] === units[place - 1]);
   let low = Infinity, high = -Infinity;
   for (const row of part) {
-    low = Math.min(low, row[place]);
-    high = Math.max(high, row[place]);
+    for (const other of places) {
+      low = Math.min(low, row[other]);
+      high = Math.max(high, row[other]);
+    }
   }
   const margin = high > low ? 0.06 * (high - low) : Math.max(1, 0.01 * Math.abs(high));
   return [low - margin, high + margin];
@@ -188,7 +192,9 @@ function keys(event) {
 }
 
 function point(event) {
-  const share = Math.max(0, Math.min(1, event.offsetX / canvas.clientWidth));
+  // The curves leave 10 of the canvas' own units free on either side.
+  const x = (event.offsetX * canvas.width) / canvas.clientWidth;
+  const share = Math.max(0, Math.min(1, (x - 10) / (canvas.width - 20)));
   chosen = Math.abs(share - cursors[0]) <= Math.abs(share - cursors[1]) ? 0 : 1;
   cursors[chosen] = share;
   draw();
