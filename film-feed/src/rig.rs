@@ -378,6 +378,11 @@ impl Rig {
         &self.film
     }
 
+    /// The print of the next mark before the reader fails: the reader will not see it.
+    pub fn blank_next_mark(&mut self) {
+        self.film.blank_next_mark();
+    }
+
     /// Threads the film anew: mark 0 lies 50 mm behind the reader.
     pub fn rethread_film(&mut self, marks: MarkConfig) {
         self.film.rethread(marks);

@@ -43,6 +43,8 @@ struct Browser {
     _driver: Process,
     session: String,
     agent: ureq::Agent,
+    /// Profile and downloads.
+    folder: PathBuf,
 }
 
 const ELEMENT: &str = "element-6066-11e4-a52e-4f735466cecf";
@@ -74,7 +76,7 @@ impl Browser {
             "was started successfully",
         );
         let agent = ureq::Agent::new_with_defaults();
-        let profile = std::env::temp_dir().join(format!("panel-browser-{}-{port}", std::process::id()));
+        let folder = std::env::temp_dir().join(format!("panel-browser-{}-{port}", std::process::id()));
         let arguments = [
             "--headless=new",
             "--no-sandbox",
@@ -86,7 +88,7 @@ impl Browser {
             "--disable-sync",
             "--disable-dev-shm-usage",
             "--window-size=1280,1100",
-            &format!("--user-data-dir={}", profile.display()),
+            &format!("--user-data-dir={}", folder.join("profile").display()),
         ];
         let capabilities = json!({ "capabilities": { "alwaysMatch": {
             "goog:chromeOptions": { "binary": which("chromium"), "args": arguments },
@@ -100,6 +102,7 @@ impl Browser {
             _driver: driver,
             session: format!("{base}/{id}"),
             agent,
+            folder,
         })
     }
 
@@ -142,6 +145,13 @@ impl Browser {
         self.post(&format!("element/{element}/value"), &json!({ "text": text }));
     }
 
+    /// Types over what a field holds, and Return: Ctrl+A, null (all keys up), the text, Return, as WebDriver codes its keys.
+    fn type_over(&self, selector: &str, text: &str) {
+        let element = self.find(selector);
+        let keys = format!("\u{e009}a\u{e000}{text}\u{e007}");
+        self.post(&format!("element/{element}/value"), &json!({ "text": keys }));
+    }
+
     /// Waits until a JavaScript expression is true.
     fn until(&self, expression: &str) {
         let begun = Instant::now();
@@ -153,6 +163,23 @@ impl Browser {
             );
             std::thread::sleep(Duration::from_millis(50));
         }
+    }
+
+    /// Clicks and takes what the page hands down.
+    fn download(&self, selector: &str, name: &str) -> Vec<u8> {
+        let parameters = json!({ "behavior": "allow", "downloadPath": self.folder });
+        self.post(
+            "goog/cdp/execute",
+            &json!({ "cmd": "Browser.setDownloadBehavior", "params": parameters }),
+        );
+        self.click(selector);
+        let (path, begun) = (self.folder.join(name), Instant::now());
+        // It bears its name only once it is complete.
+        while !path.exists() {
+            assert!(begun.elapsed() < Duration::from_secs(20), "{name} never came");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        std::fs::read(path).unwrap()
     }
 
     /// Fails when the page's console shows an error.
@@ -182,6 +209,7 @@ impl Drop for Browser {
     fn drop(&mut self) {
         // ChromeDriver ends its browser with the session.
         let _ = self.agent.delete(&self.session).call();
+        let _ = std::fs::remove_dir_all(&self.folder);
     }
 }
 
@@ -251,6 +279,19 @@ fn a_person_starts_feeds_breaks_the_cable_reads_the_fault_resets_changes_a_code_
     browser.click("#start");
     browser.until("document.querySelectorAll('#feeds tbody tr').length === 2");
     browser.picture("machine");
+    // One mark is white from now on, all others stay black.
+    browser.click("#blank-mark");
+    browser.until("document.querySelectorAll('#machine svg rect[fill=\"#ffffff\"]').length === 1");
+    // Nothing is wrong with these values; above 40.8 % the film would run back to its mark (9300 fact sheet, section 9.1).
+    browser.until("document.getElementById('warnings').textContent.startsWith('Nothing goes wrong')");
+    browser.click("#tab-variables");
+    browser.type_over("#in-mark_velocity", "60");
+    browser.click("#tab-machine");
+    browser.until("document.getElementById('warnings').textContent.includes('reversal')");
+    browser.click("#tab-variables");
+    browser.type_over("#in-mark_velocity", "20");
+    browser.click("#tab-machine");
+    browser.until("document.getElementById('warnings').textContent.startsWith('Nothing goes wrong')");
 
     // The curve of a feed.
     browser.click("#tab-scope");
@@ -259,11 +300,7 @@ fn a_person_starts_feeds_breaks_the_cable_reads_the_fault_resets_changes_a_code_
     browser.until("document.querySelector('[data-word=hold]').getAttribute('aria-pressed') === 'true'");
     assert_eq!(browser.value("window.samplesLost"), json!(0));
     browser.picture("scope");
-    let exported = browser.post(
-        "execute/async",
-        &json!({ "script": "const done = arguments[0]; import('/scope.js').then((scope) => done(scope.csv()))", "args": [] }),
-    );
-    let exported = exported.as_str().unwrap();
+    let exported = String::from_utf8(browser.download("#csv", "scope.csv")).unwrap();
     assert!(
         exported.starts_with("time_s,POS-NOUT %,MCTRL-NACT %\n"),
         "{}",
@@ -276,10 +313,31 @@ fn a_person_starts_feeds_breaks_the_cable_reads_the_fault_resets_changes_a_code_
         .fold(0.0, f64::max);
     // 2814.5 of 3000 rpm: 93.8 % (film-feed specification, section 5).
     assert!((peak - 93.8).abs() < 0.2, "{peak}");
+    let svg = String::from_utf8(browser.download("#svg", "scope.svg")).unwrap();
+    for part in ["<svg ", "POS-NOUT", "MCTRL-NACT", "Time in s", ">%</text>"] {
+        assert!(svg.contains(part), "{part}");
+    }
+    // ISO/IEC 15948 5.2: the signature.
+    assert!(browser.download("#png", "scope.png").starts_with(b"\x89PNG\r\n\x1A\n"));
+    // Closer, along, and back again; the readings of the cursors follow.
+    let distance = "Number(document.querySelector('#scope tbody td:nth-child(4)').textContent)";
+    let wide = browser.value(distance).as_f64().unwrap();
+    browser.click("#zoom-in");
+    let close = browser.value(distance).as_f64().unwrap();
+    assert!((close - wide / 2.0).abs() < 0.01, "{wide} {close}");
+    browser.click("#zoom-all");
+    assert_eq!(browser.value(distance).as_f64().unwrap(), wide);
 
     // The cable.
     browser.click("#tab-bus");
     browser.until("document.getElementById('slave').textContent === 'data exchange'");
+    // Who is there: the module, and the PLC's master at address 2 (film-feed specification, section 1).
+    browser.click("#ask-all");
+    browser.until("document.querySelectorAll('#stations tbody tr').length === 2");
+    assert_eq!(
+        browser.value("document.querySelector('#stations tbody').innerText"),
+        json!("2\tmaster in the ring\n3\tslave")
+    );
     // A second master comes and goes; the feeds do not mind.
     browser.click("#second-master");
     browser.until("document.querySelector('#bus table.mono').textContent.includes('2 → 1')");
@@ -295,6 +353,8 @@ fn a_person_starts_feeds_breaks_the_cable_reads_the_fault_resets_changes_a_code_
     browser.click("[data-word=cause]");
     browser.until("document.getElementById('fault').textContent.startsWith('12 OC2')");
     browser.until("document.getElementById('remedy').textContent.length > 10");
+    // Transition 15 (profile, table of transitions).
+    browser.until("document.getElementById('leads').textContent.includes('the cause of the fault is still there')");
     browser.picture("drive");
     browser.click("[data-word=clear]");
     browser.click("#reset");
@@ -316,6 +376,10 @@ fn a_person_starts_feeds_breaks_the_cable_reads_the_fault_resets_changes_a_code_
     browser.click("#language");
     browser.click("#language option[value=de]");
     browser.until("document.getElementById('tab-scope').textContent === 'Oszilloskop'");
+    browser.click("#tab-drive");
+    browser.until(
+        "[...document.querySelectorAll('#drive svg text')].some((text) => text.textContent === 'Betrieb freigegeben')",
+    );
     assert_eq!(browser.value("window.framesLost"), json!(0));
     browser.console_is_clean();
 }

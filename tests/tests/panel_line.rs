@@ -103,6 +103,20 @@ fn a_feed_is_started_and_seen_through_the_panel_on_a_line() {
         "{feed}"
     );
     assert_eq!(frame["drive"]["state"], "operation enabled");
+    let frame = until(&mut page, "telegrams", |frame| {
+        !frame["bus"]["heard"].as_array().unwrap().is_empty()
+    });
+    assert!(frame["bus"]["heard"].to_string().contains("Data_Exchange"), "{frame}");
+    // The PLC's master at address 2, the module at 3 (film-feed specification, section 1).
+    say(&mut page, json!({ "do": "live_list" }));
+    until(&mut page, "asking", |frame| frame["bus"]["asking"] == true);
+    let frame = until(&mut page, "all asked", |frame| frame["bus"]["asking"] == false);
+    let stations = json!([[2, "master in the ring"], [3, "slave"]]);
+    assert_eq!(frame["bus"]["stations"], stations);
+    assert_eq!(
+        frame["bus"]["slave"], "data exchange",
+        "no cycle came too late for the watchdog"
+    );
 
     // What only a simulated machine can do is refused.
     say(&mut page, json!({ "do": "speed", "factor": 10.0 }));

@@ -385,6 +385,11 @@ impl<const N: usize> DpMaster<N> {
         self.cyclic.events.pop()
     }
 
+    /// Its own address (TS).
+    pub fn address(&self) -> Address {
+        self.cyclic.config.address
+    }
+
     /// The acyclic jobs: services to any station, at most one telegram a cycle.
     pub fn jobs(&mut self) -> &mut Jobs {
         &mut self.cyclic.jobs

@@ -1,12 +1,15 @@
 //! `film-feed panel`: the commissioning panel in the browser.
 
 use std::net::SocketAddr;
+use std::path::PathBuf;
 
 use clap::Args;
 use dp_master::phy::PortName;
 use dp_master::time::Baud;
 
+use super::machine;
 use super::model::ModelArgs;
+use crate::operator::FeedPlan;
 use crate::panel::{Access, Machine, Panel, serve};
 use crate::real_line::RealLine;
 use crate::rig::RigConfig;
@@ -20,8 +23,14 @@ pub struct PanelArgs {
     /// What a page must know to be let in, 16 characters or more of A–Z, a–z, 0–9, - and _: open the page with ?token=….
     #[arg(long, value_name = "SECRET")]
     token: Option<String>,
+    /// The machine, as in docs/examples/machine.toml; the axis of the thesis if not given.
+    #[arg(long, value_name = "MACHINE.toml")]
+    machine: Option<PathBuf>,
+    /// Further motors and drives, as in film-feed/catalogue; may be given several times.
+    #[arg(long, value_name = "FILE.toml", requires = "machine")]
+    catalogue: Vec<PathBuf>,
     /// A real line instead of the simulated machine: a serial device, or tcp://host:port of a serial-device server.
-    #[arg(long, value_name = "PATH", conflicts_with_all = ["fidelity", "film", "gear_stiffness", "seed"])]
+    #[arg(long, value_name = "PATH", conflicts_with_all = ["machine", "fidelity", "film", "gear_stiffness", "seed"])]
     port: Option<PortName>,
     /// Baud rate of that line in bit/s.
     #[arg(long, value_name = "RATE", default_value = "1500000", requires = "port")]
@@ -42,9 +51,19 @@ pub struct PanelArgs {
 /// One sentence.
 pub fn run(args: &PanelArgs) -> Result<bool, String> {
     let access = Access::new(args.listen, args.token.clone()).map_err(|error| error.to_string())?;
-    let mut rig = RigConfig {
-        seed: args.seed,
-        ..RigConfig::default()
+    let (mut rig, plan) = match &args.machine {
+        None => {
+            let rig = RigConfig {
+                seed: args.seed,
+                ..RigConfig::default()
+            };
+            (rig, FeedPlan::default())
+        }
+        Some(path) => {
+            let (machine, _) = machine::read(path, &args.catalogue)?;
+            let rig = machine.rig_config(args.seed).map_err(|error| error.to_string())?;
+            (rig, machine.feed_plan(1))
+        }
     };
     args.model.apply(&mut rig);
     let token = args
@@ -52,7 +71,10 @@ pub fn run(args: &PanelArgs) -> Result<bool, String> {
         .as_ref()
         .map_or(String::new(), |token| format!("/?token={token}"));
     let machine = match &args.port {
-        None => Machine::Simulated(Box::new(rig)),
+        None => Machine::Simulated {
+            rig: Box::new(rig),
+            plan,
+        },
         Some(port) => Machine::Real(RealLine {
             port: port.clone(),
             baud: args.baud,

@@ -157,6 +157,11 @@ impl Film {
         self.passed
     }
 
+    /// The print of the next mark before the reader fails.
+    pub fn blank_next_mark(&mut self) {
+        self.marks.blank(self.passed + 1);
+    }
+
     /// Marks whose leading edge lies from `before_mm` before the reader to `behind_mm` behind it: how far each is before it, mm, and
     /// whether it is printed.
     pub fn marks_near(&mut self, before_mm: f64, behind_mm: f64) -> Vec<(f64, bool)> {

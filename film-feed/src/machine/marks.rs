@@ -83,6 +83,15 @@ impl Marks {
         }
     }
 
+    /// The print of mark `number` fails: the reader does not see it.
+    pub fn blank(&mut self, number: usize) {
+        match &mut self.config.missing {
+            Missing::None => self.config.missing = Missing::Numbers(vec![number]),
+            Missing::Numbers(numbers) if !numbers.contains(&number) => numbers.push(number),
+            Missing::Numbers(_) | Missing::All => {}
+        }
+    }
+
     /// Length of a mark, mm.
     pub fn width_mm(&self) -> f64 {
         self.config.width_mm
@@ -101,6 +110,16 @@ mod tests {
             .collect();
         assert!(distances.iter().all(|d| d.abs() <= 50.0));
         assert!(distances.iter().any(|d| *d < -45.0) && distances.iter().any(|d| *d > 45.0));
+    }
+
+    #[test]
+    fn a_blanked_mark_is_not_seen_and_all_others_are() {
+        let mut marks = Marks::new(MarkConfig::default(), 0.0);
+        for number in [3, 7, 3] {
+            marks.blank(number);
+        }
+        let blanks: Vec<usize> = (0..10).filter(|number| !marks.is_seen(*number)).collect();
+        assert_eq!(blanks, [3, 7]);
     }
 
     #[test]

@@ -19,8 +19,10 @@ use super::feeds::FeedJudge;
 use super::live::Live;
 use super::protocol::{Frame, Hello, INPUTS, MAX_CHANNELS, Order, Samples, Told};
 use super::snapshot;
+use super::stations::Stations;
 use crate::block::Inputs;
 use crate::machine::{MarkConfig, Missing};
+use crate::operator::FeedPlan;
 use crate::real_line::RealLine;
 use crate::rig::{Rig, RigConfig, RigError, TickView};
 
@@ -63,12 +65,12 @@ const ROWS: f64 = 500.0;
 pub(super) const START_S: f64 = 0.5;
 
 impl Engine {
-    /// Starts the chain at power-up, at real time, paused by nobody.
+    /// Starts the chain at power-up, at real time, paused by nobody, the inputs of the block filled in as planned.
     ///
     /// # Errors
     ///
     /// [`RigError`] when the configuration is impossible.
-    pub fn start(config: RigConfig) -> Result<Self, RigError> {
+    pub fn start(config: RigConfig, plan: &FeedPlan) -> Result<Self, RigError> {
         let mut rig = Rig::new(&config)?;
         let heard: Heard = Arc::default();
         let capture = Capture::new(config.baud);
@@ -79,10 +81,10 @@ impl Engine {
         }));
         let inputs = rig.inputs_mut();
         // As the thesis' variable table was filled in (film-feed specification, section 9); nothing moves before Freigabe.
-        inputs.velocity = 10_000;
-        inputs.mark_velocity = 2_000;
-        inputs.acceleration = 10_000;
-        inputs.distance = 12_000;
+        inputs.velocity = plan.speed_hundredth_percent;
+        inputs.mark_velocity = plan.mark_speed_hundredth_percent;
+        inputs.acceleration = plan.accel_hundredth_percent;
+        inputs.distance = plan.length_tenth_mm;
         let plant = Plant {
             rig,
             config,
@@ -95,6 +97,7 @@ impl Engine {
             plugged: true,
             recorder: Recorder::default(),
             rounds: Rounds::default(),
+            stations: Stations::default(),
         };
         Ok(Self::run(Box::new(plant), capture))
     }
@@ -105,8 +108,14 @@ impl Engine {
     ///
     /// One sentence when the line cannot be opened.
     pub fn start_on(line: &RealLine) -> Result<Self, String> {
-        let live = Live::open(line)?;
-        Ok(Self::run(Box::new(live), Capture::new(line.baud)))
+        let heard: Heard = Arc::default();
+        let capture = Capture::new(line.baud);
+        let (for_ear, for_capture) = (Arc::clone(&heard), capture.clone());
+        let live = Live::open(line, heard, move |trace| {
+            hear(&for_ear, &trace);
+            for_capture.keep(&trace);
+        })?;
+        Ok(Self::run(Box::new(live), capture))
     }
 
     fn run(source: Box<dyn Source>, capture: Capture) -> Self {
@@ -148,7 +157,7 @@ fn hear(heard: &Heard, trace: &Trace<'_>) {
 /// Everything the thread owns.
 pub(super) struct Plant {
     pub(super) rig: Rig,
-    config: RigConfig,
+    pub(super) config: RigConfig,
     pub(super) heard: Heard,
     pub(super) factor: f64,
     /// Machine time that is due, ns.
@@ -160,6 +169,7 @@ pub(super) struct Plant {
     pub(super) plugged: bool,
     pub(super) recorder: Recorder,
     pub(super) rounds: Rounds,
+    pub(super) stations: Stations,
 }
 
 /// Time of a round of the parameter telegrams.
@@ -417,7 +427,9 @@ impl Plant {
             self.rounds.seen = rounds;
             self.rounds.at_ns = now_ns;
         }
-        while self.rig.master_mut().poll_event().is_some() {}
+        let master = self.rig.master_mut();
+        while master.poll_event().is_some() {}
+        self.stations.work(master);
     }
 }
 
@@ -479,6 +491,14 @@ impl Source for Plant {
                 };
                 self.rig.rethread_film(marks);
                 done("the film is threaded anew".to_owned())
+            }
+            Order::BlankMark => {
+                self.rig.blank_next_mark();
+                done("the next mark is not printed".to_owned())
+            }
+            Order::LiveList => {
+                self.stations.ask(self.rig.master_mut());
+                Ok(None)
             }
             Order::Noise { bit_error_rate } => {
                 let rate = within(bit_error_rate, 0.0, 0.001, "bit error rate")?;

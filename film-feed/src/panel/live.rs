@@ -1,29 +1,37 @@
 //! Block and master in real time on a line: what the panel shows of a real machine is what the bus tells.
 
+use std::sync::PoisonError;
 use std::time::{Duration as StdDuration, Instant as StdInstant};
 
 use dp_master::address::Address;
 use dp_master::dp::{DpMaster, SlaveIndex, SlaveState};
 use dp_master::driver::Driver;
-use dp_master::phy::{ReopeningPort, SerialOptions};
-use dp_master::time::Duration;
-use drivecom::{State, StatusWord};
+use dp_master::phy::{ReopeningPort, SerialOptions, Trace, TracedPort};
+use dp_master::time::{Duration, Instant};
+use drivecom::{ControlWord, State, StatusWord};
 use lenze9300_model::bus::dp::PAR_AND_FOUR_WORDS;
 
-use super::engine::{START_S, Source, input_values, set_input};
+use super::engine::{Heard, START_S, Source, input_values, set_input};
 use super::feeds::FeedJudge;
 use super::protocol::{BusView, DriveView, Frame, Hello, MachineView, Order, Samples, Told};
 use super::snapshot;
+use super::stations::Stations;
 use crate::block::{FilmFeedBlock, Inputs};
 use crate::bus_config;
 use crate::parameter_watch::{self, ParameterWatch};
 use crate::plc::{DpPeriphery, IMAGE};
 use crate::real_line::{LATENCY, PARAMETER_LIMIT_NS, PZD_ADDRESS, RealLine};
 
+/// Time for the telegrams that are heard.
+type Clock = Box<dyn FnMut() -> Instant + Send>;
+/// Who hears them.
+type Ear = Box<dyn FnMut(Trace<'_>) + Send>;
+
 /// The block with its master, in real time.
 pub(super) struct Live {
     line: RealLine,
-    driver: Driver<ReopeningPort>,
+    driver: Driver<TracedPort<ReopeningPort, Clock, Ear>>,
+    heard: Heard,
     master: DpMaster<1>,
     slave: SlaveIndex,
     block: FilmFeedBlock,
@@ -39,22 +47,30 @@ pub(super) struct Live {
     first: u64,
     rounds: (u64, f64),
     round_ms: f64,
+    stations: Stations,
     /// Why the line broke; it is told by every frame from then on.
     broken: Option<String>,
 }
 
 impl Live {
-    /// Opens the line; the master begins with the first frame.
-    pub(super) fn open(line: &RealLine) -> Result<Self, String> {
+    /// Opens the line; the master begins with the first frame. Whoever hears the telegrams leaves them in `heard`, too.
+    pub(super) fn open(
+        line: &RealLine,
+        heard: Heard,
+        ear: impl FnMut(Trace<'_>) + Send + 'static,
+    ) -> Result<Self, String> {
         let address = Address::new(line.slave_address).map_err(|error| error.to_string())?;
         let (master, slave) = bus_config::master(line.baud, address, PAR_AND_FOUR_WORDS, Duration::ZERO, LATENCY)
             .map_err(|error| error.to_string())?;
         let opened =
             ReopeningPort::open(&line.port, line.baud, SerialOptions::default()).map_err(|error| error.to_string())?;
         let now = StdInstant::now();
+        let clock: Clock = Box::new(move || Instant::ZERO + now.elapsed().into());
+        let ear: Ear = Box::new(ear);
         Ok(Self {
             line: line.clone(),
-            driver: Driver::new(opened.port),
+            driver: Driver::with_epoch(TracedPort::new(opened.port, clock, ear), now),
+            heard,
             master,
             slave,
             block: FilmFeedBlock::new(),
@@ -77,6 +93,7 @@ impl Live {
             first: 0,
             rounds: (0, 0.0),
             round_ms: 0.0,
+            stations: Stations::default(),
             broken: None,
         })
     }
@@ -94,6 +111,7 @@ impl Live {
             self.inputs.pos_start = false;
         }
         while self.master.poll_event().is_some() {}
+        self.stations.work(&mut self.master);
         let is_exchanging = self.is_exchanging();
         let images = if is_exchanging {
             self.master.inputs(self.slave).try_into().ok()
@@ -139,6 +157,7 @@ impl Live {
         DriveView {
             state: State::decode(StatusWord(status)).map_or("unknown", State::name),
             control_word: self.block.control_word(),
+            commands: snapshot::commands(ControlWord(self.block.control_word())),
             status_word: status,
             diagnosis: None,
             fault: None,
@@ -216,8 +235,17 @@ impl Source for Live {
                 plugged: true,
                 bit_error_rate: 0.0,
                 second_master: false,
-                heard: Vec::new(),
+                asking: self.stations.are_asked(),
+                stations: self.stations.found(),
+                heard: self
+                    .heard
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner)
+                    .drain(..)
+                    .collect(),
             },
+            // The values of a real machine are not known here.
+            advice: Vec::new(),
         }
     }
 
@@ -235,6 +263,14 @@ impl Source for Live {
             Order::Start => {
                 self.inputs.pos_start = true;
                 self.start_until_s = Some(self.started.elapsed().as_secs_f64() + START_S);
+                Ok(None)
+            }
+            // Each address where nobody is costs the master's patience with an operating system, and no cycle comes meanwhile.
+            Order::LiveList if self.block.outputs().running => {
+                Err("a feed runs: the addresses are asked between feeds".to_owned())
+            }
+            Order::LiveList => {
+                self.stations.ask(&mut self.master);
                 Ok(None)
             }
             Order::TakeControl | Order::ReleaseControl => Ok(None),

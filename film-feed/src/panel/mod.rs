@@ -16,6 +16,7 @@ mod live;
 pub mod protocol;
 mod server;
 mod snapshot;
+mod stations;
 
 pub use access::{Access, AccessRefused, PanelError};
 pub use engine::Engine;

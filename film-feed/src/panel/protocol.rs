@@ -46,6 +46,10 @@ pub enum Order {
         /// Whether the reader sees the marks.
         printed: bool,
     },
+    /// The print of the next mark fails.
+    BlankMark,
+    /// Ask every address who is there.
+    LiveList,
     /// Disturb the line: probability that a bit is wrong, 0…0.001.
     Noise {
         /// The probability.
@@ -229,7 +233,7 @@ pub struct Hello {
     pub states: Vec<&'static str>,
     /// Codes that can be read: name, unit, meaning.
     pub codes: Vec<[String; 3]>,
-    /// Transitions of the profile.
+    /// Transitions of the profile, and the drive's own moves.
     pub transitions: Vec<TransitionInfo>,
     /// Transitions of the net of the parameter channel.
     pub net: Vec<NetRow>,
@@ -284,6 +288,21 @@ pub struct Frame {
     pub parameters: ParameterView,
     /// The bus.
     pub bus: BusView,
+    /// What goes wrong with the present inputs, and what to do.
+    pub advice: Vec<AdviceView>,
+}
+
+/// A finding of [`crate::advise`].
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct AdviceView {
+    /// Its short name.
+    pub id: &'static str,
+    /// Whether it goes wrong by these values alone; otherwise only when something else happens.
+    pub fails: bool,
+    /// What happens, and why.
+    pub cause: String,
+    /// What to do.
+    pub remedy: String,
 }
 
 /// Samples of the oscilloscope.
@@ -361,6 +380,8 @@ pub struct DriveView {
     pub state: &'static str,
     /// Control word that the module works with.
     pub control_word: u16,
+    /// Commands that it gives, by name.
+    pub commands: Vec<&'static str>,
     /// Status word.
     pub status_word: u16,
     /// C0183, where the inside of the drive can be seen; so are those below.
@@ -432,6 +453,10 @@ pub struct BusView {
     pub bit_error_rate: f64,
     /// Whether another master is in the ring.
     pub second_master: bool,
+    /// Whether the addresses are being asked who is there.
+    pub asking: bool,
+    /// Who is there, as far as they have been asked: address and kind.
+    pub stations: Vec<(u8, &'static str)>,
     /// Some telegrams since the frame before, newest last: time in s, what it is, its octets.
     pub heard: Vec<(f64, String, String)>,
 }

@@ -20,6 +20,7 @@ use tokio::time::timeout;
 use super::access::{Access, AccessRefused, PanelError};
 use super::engine::{Engine, QUEUE, ToEngine};
 use super::protocol::{MAX_CLIENTS, MAX_ORDER, MAX_ORDERS_PER_S, Order};
+use crate::operator::FeedPlan;
 use crate::real_line::RealLine;
 use crate::rig::RigConfig;
 
@@ -36,7 +37,12 @@ pub struct Panel {
 #[derive(Debug, Clone)]
 pub enum Machine {
     /// The whole chain in virtual time.
-    Simulated(Box<RigConfig>),
+    Simulated {
+        /// The chain.
+        rig: Box<RigConfig>,
+        /// What the inputs of the block are filled in with.
+        plan: FeedPlan,
+    },
     /// Block and master on a line, in real time.
     Real(RealLine),
 }
@@ -56,7 +62,7 @@ struct Shared {
 /// [`PanelError`].
 pub fn serve(panel: Panel, ready: impl FnOnce(SocketAddr)) -> Result<(), PanelError> {
     let engine = match panel.machine {
-        Machine::Simulated(rig) => Engine::start(*rig)?,
+        Machine::Simulated { rig, plan } => Engine::start(*rig, &plan)?,
         Machine::Real(line) => Engine::start_on(&line).map_err(PanelError::Line)?,
     };
     let runtime = tokio::runtime::Builder::new_current_thread()
@@ -90,7 +96,7 @@ pub fn serve(panel: Panel, ready: impl FnOnce(SocketAddr)) -> Result<(), PanelEr
     })
 }
 
-const ASSETS: [(&str, &str, &str); 11] = [
+const ASSETS: [(&str, &str, &str); 12] = [
     ("/", "text/html; charset=utf-8", include_str!("assets/index.html")),
     (
         "/style.css",
@@ -99,6 +105,7 @@ const ASSETS: [(&str, &str, &str); 11] = [
     ),
     ("/app.js", JS, include_str!("assets/app.js")),
     ("/words.js", JS, include_str!("assets/words.js")),
+    ("/german.js", JS, include_str!("assets/german.js")),
     ("/dom.js", JS, include_str!("assets/dom.js")),
     ("/machine.js", JS, include_str!("assets/machine.js")),
     ("/variables.js", JS, include_str!("assets/variables.js")),

@@ -5,7 +5,7 @@ use std::sync::PoisonError;
 
 use dp_master::dp::SlaveState;
 use drivecom::petri::{PARAMETER_TRANSITIONS, Puts};
-use drivecom::{Hold, State};
+use drivecom::{CommandSet, ControlWord, Hold, ResetEdge, State, Transition};
 use lenze9300_model::access::CodePlace;
 use lenze9300_model::code::CODE_TABLE;
 use lenze9300_model::device::Fault;
@@ -15,11 +15,14 @@ use lenze9300_model::units::INC_PER_REV;
 
 use super::engine::{Plant, input_values};
 use super::protocol::{
-    BusView, DriveView, FaultView, Frame, Hello, INPUTS, MachineView, NetRow, OutputView, ParameterView, TransitionInfo,
+    AdviceView, BusView, DriveView, FaultView, Frame, Hello, INPUTS, MachineView, NetRow, OutputView, ParameterView,
+    TransitionInfo,
 };
+use crate::advise::{Demands, Severity, advise};
 use crate::block::{FilmFeedBlock, Outputs};
+use crate::operator::FeedPlan;
 use crate::parameter_watch::ParameterWatch;
-use crate::report::TOLERANCE_MM;
+use crate::report::{FeedMode, TOLERANCE_MM};
 
 /// How far before and behind the reader the page shows the film, mm.
 const SHOWN_MM: f64 = 1300.0;
@@ -45,7 +48,8 @@ pub(super) fn hello() -> Hello {
             .collect(),
         transitions: drivecom::TRANSITIONS
             .iter()
-            .map(|transition| TransitionInfo {
+            .chain(&drivecom::DRIVE_MOVES)
+            .map(|transition: &Transition| TransitionInfo {
                 id: transition.id.to_string(),
                 from: transition.from.iter().map(State::name).collect(),
                 to: transition.to.name(),
@@ -75,6 +79,7 @@ pub(super) fn frame(plant: &mut Plant, seq: u64) -> Frame {
     let samples = plant.recorder.take();
     let feeds = plant.recorder.judge.take();
     let inputs = input_values(plant.rig.inputs_mut());
+    let advice = advice(plant);
     let rig = &plant.rig;
     let mut film = rig.film().clone();
     let sample = *rig.drive().axis().sample();
@@ -110,9 +115,46 @@ pub(super) fn frame(plant: &mut Plant, seq: u64) -> Frame {
             plugged: plant.plugged,
             bit_error_rate: plant.bit_error_rate,
             second_master: rig.has_second_master(),
+            asking: plant.stations.are_asked(),
+            stations: plant.stations.found(),
             heard: heard.drain(..).collect(),
         },
+        advice,
     }
+}
+
+/// What goes wrong with the present inputs.
+fn advice(plant: &mut Plant) -> Vec<AdviceView> {
+    let inputs = *plant.rig.inputs_mut();
+    let mode = if inputs.read_mark {
+        FeedMode::Mark
+    } else {
+        FeedMode::Length
+    };
+    let plan = FeedPlan {
+        series: vec![(mode, 1)],
+        length_tenth_mm: inputs.distance,
+        speed_hundredth_percent: inputs.velocity,
+        mark_speed_hundredth_percent: inputs.mark_velocity,
+        accel_hundredth_percent: inputs.acceleration,
+        ..FeedPlan::default()
+    };
+    advise(&plant.config, &plan, &Demands::default())
+        .findings
+        .into_iter()
+        .map(|finding| AdviceView {
+            id: finding.id,
+            fails: finding.severity == Severity::Fails,
+            cause: finding.cause,
+            remedy: finding.remedy,
+        })
+        .collect()
+}
+
+/// Commands that the levels of a control word give.
+pub(super) fn commands(control: ControlWord) -> Vec<&'static str> {
+    let given = CommandSet::decode(control, ResetEdge::None);
+    given.iter().map(drivecom::Command::name).collect()
 }
 
 fn drive(plant: &Plant) -> DriveView {
@@ -128,6 +170,7 @@ fn drive(plant: &Plant) -> DriveView {
     DriveView {
         state: module.state().name(),
         control_word: module.control_word().0,
+        commands: commands(module.control_word()),
         status_word: module.status_word().0,
         diagnosis: Some(drive.diagnosis()),
         fault: Fault::from_lecom_number(number)
@@ -179,5 +222,43 @@ pub(super) fn slave_name(state: SlaveState) -> String {
     match state {
         SlaveState::DataExchange => "data exchange".to_owned(),
         other => format!("{other:?}").to_lowercase(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn german_has_every_text_that_the_program_sends() {
+        let german = include_str!("assets/german.js");
+        let hello = hello();
+        let mut texts: Vec<String> = hello.states.iter().map(|name| (*name).to_owned()).collect();
+        for transition in &hello.transitions {
+            texts.extend(transition.trigger.split(" | ").map(str::to_owned));
+            texts.extend(transition.held.map(str::to_owned));
+            if transition.id.parse::<u8>().is_err() {
+                texts.push(transition.id.clone());
+            }
+        }
+        texts.extend(hello.signals.iter().map(|[_, _, meaning]| (*meaning).to_owned()));
+        for fault in Fault::ALL {
+            texts.extend([fault.cause().to_owned(), fault.remedy().to_owned()]);
+        }
+        let slave_states = [
+            SlaveState::Offline,
+            SlaveState::WaitPrm,
+            SlaveState::WaitCfg,
+            SlaveState::WaitReady,
+            SlaveState::DataExchange,
+            SlaveState::Refused,
+        ];
+        texts.extend(slave_states.map(slave_name));
+        let missing: Vec<_> = texts
+            .iter()
+            .filter(|text| !german.contains(&format!("\"{text}\": \"")))
+            .collect();
+        assert!(missing.is_empty(), "{missing:#?}");
+        assert!(!german.contains("\"no such text\": \""));
     }
 }

@@ -22,9 +22,18 @@ export function send(order) {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(order));
 }
 
+// What was done or refused stands for a while, then who has the control again.
+const TOLD_MS = 8000;
+let standing = "", fading;
+
 function note(text, bad = false) {
   byId("note").textContent = text;
   byId("note").classList.toggle("bad", bad);
+  clearTimeout(fading);
+  fading = setTimeout(() => {
+    byId("note").textContent = standing;
+    byId("note").classList.remove("bad");
+  }, TOLD_MS);
 }
 
 function connect() {
@@ -32,7 +41,10 @@ function connect() {
   const query = token ? `?token=${encodeURIComponent(token)}` : "";
   socket = new WebSocket(`ws://${location.host}/live${query}`);
   socket.addEventListener("message", (event) => hear(JSON.parse(event.data)));
-  socket.addEventListener("close", (event) => note(event.reason || word("lost"), true));
+  socket.addEventListener("close", (event) => {
+    standing = event.reason || word("lost");
+    note(standing, true);
+  });
 }
 
 function hear(told) {
@@ -52,7 +64,8 @@ function hear(told) {
       mine = told.yours;
       byId("control").dataset.word = mine ? "release_control" : "take_control";
       byId("control").textContent = word(byId("control").dataset.word);
-      note(word(mine ? "control_yours" : told.taken ? "control_other" : "control_free"));
+      standing = word(mine ? "control_yours" : told.taken ? "control_other" : "control_free");
+      note(standing);
       break;
     case "refused":
       note(told.why, true);

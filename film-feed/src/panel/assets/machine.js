@@ -3,10 +3,10 @@
 import { card, drawn, element, field, row } from "./dom.js";
 import { word } from "./words.js";
 
-// The film in the picture: 1 mm is a third of a unit, the reader stands at 700.
+// The film in the picture: a millimetre is 0.45 of its units, the reader stands at 700.
 const READER = 700;
 const SCALE = 0.45;
-let marks, roller, readerLamp, position, velocity, bars, list, enabled, toMark, guard, empty;
+let warnings, hazards, told = "", marks, roller, readerLamp, position, velocity, bars, list, enabled, toMark, guard, empty;
 const feeds = [];
 
 export function build(section, hello, send) {
@@ -24,7 +24,7 @@ export function build(section, hello, send) {
     return text;
   };
   const picture = drawn(
-    "svg", { viewBox: "0 0 1000 190", role: "img", "aria-label": "film, reader, roller and tool" },
+    "svg", { viewBox: "0 0 1000 190", role: "img", label: "film_picture" },
     drawn("rect", { x: 0, y: 66, width: 1000, height: 5, fill: "#cfd8e0", stroke: "#4d5661" }),
     marks,
     drawn("path", { d: `M${READER} 38 V62`, stroke: "#1b1f24", "stroke-width": 3 }), readerLamp, label("reader", READER, 14),
@@ -35,7 +35,7 @@ export function build(section, hello, send) {
   velocity = element("output");
   const values = element("table", {}, element("tbody", {}, row("film_position", position), row("film_speed", velocity)));
 
-  bars = drawn("svg", { viewBox: "0 0 500 220", role: "img", "aria-label": "errors of the last feeds" });
+  bars = drawn("svg", { viewBox: "0 0 500 220", role: "img", label: "feeds_picture" });
   list = element("tbody");
   empty = element("p", { class: "quiet", word: "no_feed" });
   const heads = ["number", "mode", "error", "duration"].map((key) => element("th", { scope: "col", word: key }));
@@ -50,17 +50,32 @@ export function build(section, hello, send) {
       element("button", { word: "mains_off", onclick: () => send({ do: "mains", on: false }) }),
       element("button", { word: "mains_on", onclick: () => send({ do: "mains", on: true }) }),
       guard,
+      element("button", { id: "blank-mark", word: "blank_mark", onclick: () => send({ do: "blank_mark" }) }),
       element("button", { word: "no_print", onclick: () => send({ do: "rethread", printed: false }) }),
       element("button", { word: "print", onclick: () => send({ do: "rethread", printed: true }) })),
     element("div", { class: "tools" }, field("load", load), element("button", { word: "set", onclick: () => send({ do: "load", nm: Number(load.value) }) })));
 
+  warnings = element("ul", { id: "warnings" });
+  hazards = element("ul", {});
+  const advice = card("advice", warnings, element("details", {}, element("summary", { word: "hazards" }), hazards));
+  advice.hidden = hello.is_real;
+
   const film = card("film", picture, element("div", { class: "tools" }, enabled, toMark, start), values);
   film.classList.add("wide");
-  section.append(element("div", { class: "columns" }, film, card("feeds", empty, element("p", { class: "quiet", word: "error_band" }), bars, element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "feeds" }, table)), disturb));
+  section.append(element("div", { class: "columns" }, film, card("feeds", empty, element("p", { class: "quiet", word: "error_band" }), bars, element("div", { class: "scroll", tabindex: "0", role: "region", label: "feeds" }, table)), disturb, advice));
   chart();
 }
 
-export function frame({ machine, inputs, drive }) {
+export function frame({ machine, inputs, drive, advice }) {
+  const now = JSON.stringify([advice, word("advice")]);
+  if (now !== told) {
+    told = now;
+    const lines = (fails) => advice.filter((each) => each.fails === fails).map((each) => element("li", {}, element("strong", {}, each.id.replaceAll("_", " ")), ` – ${each.cause}; `, element("em", {}, each.remedy)));
+    const found = lines(true);
+    warnings.replaceChildren(...(found.length ? found : [element("li", {}, word("advice_none"))]));
+    warnings.classList.toggle("alarm", found.length > 0);
+    hazards.replaceChildren(...lines(false));
+  }
   marks.replaceChildren(...machine.marks.map(([ahead, printed]) => drawn("rect", {
     x: READER - ahead * SCALE - 3, y: 60, width: 6, height: 16, fill: printed ? "#1b1f24" : "#ffffff", stroke: "#1b1f24",
   })));

@@ -10,16 +10,18 @@ const DASHES = [[], [8, 3], [2, 2], [10, 3, 2, 3], [4, 4], [1, 3], [14, 4], [6, 
 let rows = [], names = [], units = [], expected = null, lost = 0;
 let canvas, windowS, hold, trigger, edge, level, pre, cursors = [0.25, 0.75], chosen = 0, lostText, readings, isVisible = false, send, boxes;
 let caught = null;
+// The part of the window that is looked at closely, or none.
+let zoomed = null;
 
 export function build(section, hello, orders) {
   send = orders;
-  boxes = hello.signals.map(([name, unit, meaning]) => element("input", { type: "checkbox", value: name, title: meaning, onchange: channels }));
+  boxes = hello.signals.map(([name]) => element("input", { type: "checkbox", value: name, onchange: channels }));
   const list = element("fieldset", {}, element("legend", { word: "signals" }), element("div", { class: "bits" },
-    ...hello.signals.map(([name, unit], n) => element("label", {}, boxes[n], ` ${name}${unit ? ` (${unit})` : ""}`))));
-  canvas = element("canvas", { width: 1100, height: 460, tabindex: 0, role: "img", "aria-label": "oscilloscope", onkeydown: keys, onpointerdown: point });
-  windowS = element("select", { onchange: draw }, ...[0.5, 1, 2, 5, 10, 30].map((s) => element("option", { value: s, selected: s === 2 }, String(s))));
+    ...hello.signals.map(([name, unit, meaning], n) => element("label", {}, boxes[n], ` ${name}${unit ? ` (${unit})` : ""}: `, element("span", { class: "quiet", phrase: meaning })))));
+  canvas = element("canvas", { width: WIDTH, height: HEIGHT, tabindex: 0, role: "img", label: "curves", onkeydown: keys, onpointerdown: point, onwheel: wheel });
+  windowS = element("select", { onchange: whole }, ...[0.5, 1, 2, 5, 10, 30].map((s) => element("option", { value: s, selected: s === 2 }, String(s))));
   trigger = element("select", { onchange: arm }, element("option", { value: "", word: "trigger_off" }), ...hello.signals.map(([name]) => element("option", { value: name }, name)));
-  edge = element("select", { "aria-label": "edge", onchange: arm }, element("option", { value: 1, word: "rising" }), element("option", { value: -1, word: "falling" }));
+  edge = element("select", { label: "edge", onchange: arm }, element("option", { value: 1, word: "rising" }), element("option", { value: -1, word: "falling" }));
   level = element("input", { type: "number", step: "any", value: 0, onchange: arm });
   pre = element("input", { type: "number", min: 0, max: 100, value: 10, onchange: arm });
   hold = element("button", { word: "hold", "aria-pressed": "false", onclick: () => { hold.setAttribute("aria-pressed", hold.getAttribute("aria-pressed") !== "true"); } });
@@ -32,8 +34,11 @@ export function build(section, hello, orders) {
     canvas,
     element("div", { class: "tools" },
       element("button", { id: "csv", onclick: () => save("scope.csv", csv(), "text/csv") }, "CSV"),
-      element("button", { onclick: () => save("scope.svg", svg(), "image/svg+xml") }, "SVG"),
-      element("button", { onclick: png }, "PNG"), lostText, element("span", { class: "quiet", word: "zoom_hint" })),
+      element("button", { id: "svg", onclick: () => save("scope.svg", svg(), "image/svg+xml") }, "SVG"),
+      element("button", { id: "png", onclick: png }, "PNG"),
+      element("button", { id: "zoom-in", word: "zoom_in", onclick: () => zoom(0.5) }), element("button", { id: "zoom-out", word: "zoom_out", onclick: () => zoom(2) }),
+      element("button", { id: "zoom-all", word: "zoom_all", onclick: whole }), lostText),
+    element("p", { class: "quiet", word: "zoom_hint" }),
     element("table", {}, element("thead", {}, element("tr", {}, ...heads)), readings));
   view.classList.add("wide");
   section.append(element("div", { class: "columns" }, view, card("signals", list)));
@@ -59,7 +64,12 @@ function figure73() {
 
 function arm() {
   caught = null;
+  zoomed = null;
   hold.setAttribute("aria-pressed", false);
+}
+
+export function spoken() {
+  draw();
 }
 
 export function frame({ samples }) {
@@ -69,6 +79,7 @@ export function frame({ samples }) {
     rows = [];
     expected = null;
     caught = null;
+    zoomed = null;
     for (const box of boxes) box.checked = names.includes(box.value);
   }
   if (expected !== null && samples.first !== expected) lost += samples.first - expected;
@@ -96,6 +107,10 @@ function look() {
 }
 
 function span() {
+  return zoomed ?? fullSpan();
+}
+
+function fullSpan() {
   const length = Number(windowS.value);
   const end = rows.length ? rows.at(-1)[0] : length;
   if (caught === null) return [end - length, end];
@@ -127,49 +142,87 @@ export function visible(now) {
   if (now) draw();
 }
 
-function draw() {
-  const g = canvas.getContext("2d"), { width, height } = canvas;
+const WIDTH = 1100, HEIGHT = 460, LEFT = 64, RIGHT = WIDTH - 64, TOP = 40, BOTTOM = HEIGHT - 34;
+
+/// Round values from low to high, about eight of them.
+function ticks(low, high) {
+  const rough = (high - low) / 8;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((factor) => factor * power).find((each) => each >= rough);
+  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  const made = [];
+  for (let n = Math.ceil(low / step - 1e-9); n * step <= high + 1e-9 * step; n++) made.push([n * step, (n * step).toFixed(decimals)]);
+  return made;
+}
+
+/// Everything that is drawn, as lines and texts in the units of the picture: on the screen and in the SVG alike. One axis stands left, and
+/// one right for a second unit; further units are told by their range alone.
+function drawing() {
   const part = shown(), [from, to] = span();
-  g.fillStyle = "#fff";
-  g.fillRect(0, 0, width, height);
-  const left = 10, right = width - 10, top = 22, bottom = height - 28;
-  const x = (t) => left + ((t - from) / (to - from)) * (right - left);
-  g.strokeStyle = "#d5dbe1";
-  g.fillStyle = "#1b1f24";
-  g.font = "13px sans-serif";
-  for (let n = 0; n <= 10; n++) {
-    const t = from + ((to - from) * n) / 10;
-    g.beginPath();
-    g.moveTo(x(t), top);
-    g.lineTo(x(t), bottom);
-    g.stroke();
-    if (n % 2 === 0) g.fillText(`${t.toFixed(2)} s`, Math.min(x(t), right - 52), height - 8);
+  const x = (time) => LEFT + ((time - from) / (to - from)) * (RIGHT - LEFT);
+  const lines = [], texts = [];
+  for (const [time, label] of ticks(from, to)) {
+    lines.push({ points: [[x(time), TOP], [x(time), BOTTOM]], colour: "#d5dbe1", width: 1, dash: [] });
+    texts.push({ text: label, x: x(time), y: BOTTOM + 16, anchor: "middle", colour: "#1b1f24" });
   }
+  texts.push({ text: `${word("time")}`, x: (LEFT + RIGHT) / 2, y: HEIGHT - 3, anchor: "middle", colour: "#1b1f24" });
+  const kinds = [...new Set(units)];
   names.forEach((name, n) => {
-    if (!part.length) return;
-    const [low, high] = bounds(part, n + 1);
-    const y = (value) => bottom - ((value - low) / (high - low)) * (bottom - top);
-    g.strokeStyle = COLOURS[n];
-    g.lineWidth = 1.6;
-    g.setLineDash(DASHES[n]);
-    g.beginPath();
-    part.forEach((row, k) => (k ? g.lineTo(x(row[0]), y(row[n + 1])) : g.moveTo(x(row[0]), y(row[n + 1]))));
-    g.stroke();
-    g.fillStyle = COLOURS[n];
-    g.fillText(`${name} ${low.toPrecision(3)}…${high.toPrecision(3)} ${units[n]}`, left + 4 + (n % 4) * 265, 14 + Math.floor(n / 4) * 15);
+    const [low, high] = part.length ? bounds(part, n + 1) : [0, 1];
+    const y = (value) => BOTTOM - ((value - low) / (high - low)) * (BOTTOM - TOP);
+    const side = kinds.indexOf(units[n]);
+    if (side < 2 && units.indexOf(units[n]) === n) {
+      const [at, anchor, edge] = side === 0 ? [LEFT - 6, "end", LEFT] : [RIGHT + 6, "start", RIGHT];
+      lines.push({ points: [[edge, TOP], [edge, BOTTOM]], colour: "#1b1f24", width: 1, dash: [] });
+      for (const [value, label] of ticks(low, high)) {
+        if (side === 0) lines.push({ points: [[LEFT, y(value)], [RIGHT, y(value)]], colour: "#e6eaee", width: 1, dash: [] });
+        texts.push({ text: label, x: at, y: y(value) + 4, anchor, colour: "#1b1f24" });
+      }
+      texts.push({ text: units[n], x: at, y: TOP - 8, anchor, colour: "#1b1f24" });
+    }
+    // One place each in two rows of four, with a piece of the line: readable in black and white.
+    const [place, height] = [LEFT + 20 + (n % 4) * 235, 12 + Math.floor(n / 4) * 15];
+    lines.push({ points: [[place, height - 4], [place + 30, height - 4]], colour: COLOURS[n], width: 1.6, dash: DASHES[n] });
+    const range = side < 2 ? "" : ` ${low.toPrecision(3)}…${high.toPrecision(3)}`;
+    texts.push({ text: `${name}${range}${units[n] ? ` ${units[n]}` : ""}`, x: place + 36, y: height, anchor: "start", colour: COLOURS[n] });
+    lines.push({ points: part.map((row) => [x(row[0]), y(row[n + 1])]), colour: COLOURS[n], width: 1.6, dash: DASHES[n] });
   });
+  return { lines, texts };
+}
+
+function draw() {
+  const g = canvas.getContext("2d");
+  const { lines, texts } = drawing();
+  g.fillStyle = "#fff";
+  g.fillRect(0, 0, WIDTH, HEIGHT);
+  g.font = "13px sans-serif";
+  for (const { points, colour, width, dash } of lines) {
+    g.strokeStyle = colour;
+    g.lineWidth = width;
+    g.setLineDash(dash);
+    g.beginPath();
+    points.forEach(([px, py], n) => (n ? g.lineTo(px, py) : g.moveTo(px, py)));
+    g.stroke();
+  }
   g.setLineDash([]);
+  for (const { text, x, y, anchor, colour } of texts) {
+    g.fillStyle = colour;
+    g.textAlign = anchor === "middle" ? "center" : anchor;
+    g.fillText(text, x, y);
+  }
+  g.textAlign = "start";
   cursors.forEach((share, n) => {
+    const x = LEFT + share * (RIGHT - LEFT);
     g.strokeStyle = "#1b1f24";
     g.lineWidth = n === chosen ? 2 : 1;
     g.beginPath();
-    g.moveTo(left + share * (right - left), top);
-    g.lineTo(left + share * (right - left), bottom);
+    g.moveTo(x, TOP);
+    g.lineTo(x, BOTTOM);
     g.stroke();
     g.fillStyle = "#1b1f24";
-    g.fillText("AB"[n], left + share * (right - left) + 3, bottom - 4);
+    g.fillText("AB"[n], x + 3, BOTTOM - 4);
   });
-  read(part, from, to);
+  read(shown(), ...span());
 }
 
 function read(part, from, to) {
@@ -182,19 +235,54 @@ function read(part, from, to) {
     ...names.map((name, n) => line(`${name}${units[n] ? ` (${units[n]})` : ""}`, [a[n + 1].toFixed(3), b[n + 1].toFixed(3), (b[n + 1] - a[n + 1]).toFixed(3)])));
 }
 
+/// Zooms about the chosen cursor, or about a share of the window: below 1 closer, above 1 wider. The picture stands still from then on.
+function zoom(factor, about = cursors[chosen]) {
+  hold.setAttribute("aria-pressed", true);
+  const [from, to] = span(), full = fullSpan();
+  const length = Math.max(0.01, (to - from) * factor);
+  if (length >= full[1] - full[0]) return whole();
+  const at = from + about * (to - from);
+  const begin = Math.min(Math.max(full[0], at - about * length), full[1] - length);
+  zoomed = [begin, begin + length];
+  draw();
+}
+
+function whole() {
+  zoomed = null;
+  draw();
+}
+
+function pan(share) {
+  if (!zoomed) return;
+  const full = fullSpan(), length = zoomed[1] - zoomed[0];
+  const begin = Math.min(Math.max(full[0], zoomed[0] + share * length), full[1] - length);
+  zoomed = [begin, begin + length];
+}
+
 function keys(event) {
-  const move = { ArrowLeft: -0.005, ArrowRight: 0.005 }[event.key];
+  const move = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
   if (event.key === "a" || event.key === "b") chosen = event.key === "a" ? 0 : 1;
-  else if (move) cursors[chosen] = Math.max(0, Math.min(1, cursors[chosen] + move));
+  else if (event.key === "+" || event.key === "-") zoom(event.key === "+" ? 0.5 : 2);
+  else if (move && event.shiftKey) pan(0.1 * move);
+  else if (move) cursors[chosen] = Math.max(0, Math.min(1, cursors[chosen] + 0.005 * move));
   else return;
   event.preventDefault();
   draw();
 }
 
-function point(event) {
-  // The curves leave 10 of the canvas' own units free on either side.
+/// Where in the window something on the canvas is.
+function shareOf(event) {
   const x = (event.offsetX * canvas.width) / canvas.clientWidth;
-  const share = Math.max(0, Math.min(1, (x - 10) / (canvas.width - 20)));
+  return Math.max(0, Math.min(1, (x - LEFT) / (RIGHT - LEFT)));
+}
+
+function wheel(event) {
+  event.preventDefault();
+  zoom(event.deltaY < 0 ? 0.8 : 1.25, shareOf(event));
+}
+
+function point(event) {
+  const share = shareOf(event);
   chosen = Math.abs(share - cursors[0]) <= Math.abs(share - cursors[1]) ? 0 : 1;
   cursors[chosen] = share;
   draw();
@@ -205,17 +293,13 @@ export function csv() {
   return [head, ...shown().map((row) => row.join(","))].join("\n") + "\n";
 }
 
-function svg() {
-  const part = shown(), [from, to] = span();
-  const x = (t) => (10 + ((t - from) / (to - from)) * 1080).toFixed(1);
-  const curves = names.map((name, n) => {
-    const [low, high] = bounds(part, n + 1);
-    const y = (value) => (430 - ((value - low) / (high - low)) * 400).toFixed(1);
-    const points = part.map((row) => `${x(row[0])},${y(row[n + 1])}`).join(" ");
-    return `<polyline fill="none" stroke="${COLOURS[n]}" stroke-dasharray="${DASHES[n].join(" ")}" points="${points}"/>` +
-      `<text x="${14 + n * 260}" y="18" fill="${COLOURS[n]}">${name} ${low.toPrecision(3)}…${high.toPrecision(3)} ${units[n]}</text>`;
-  });
-  return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1100 460" font-family="sans-serif" font-size="13"><rect width="1100" height="460" fill="#fff"/>${curves.join("")}<text x="10" y="452">${from.toFixed(3)} s</text><text x="1040" y="452">${to.toFixed(3)} s</text></svg>`;
+export function svg() {
+  const { lines, texts } = drawing();
+  const escape = (text) => text.replaceAll("&", "&amp;").replaceAll("<", "&lt;");
+  const drawnLines = lines.map(({ points, colour, width, dash }) =>
+    `<polyline fill="none" stroke="${colour}" stroke-width="${width}" stroke-dasharray="${dash.join(" ")}" points="${points.map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`).join(" ")}"/>`);
+  const drawnTexts = texts.map(({ text, x, y, anchor, colour }) => `<text x="${x.toFixed(1)}" y="${y.toFixed(1)}" text-anchor="${anchor}" fill="${colour}">${escape(text)}</text>`);
+  return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH} ${HEIGHT}" font-family="sans-serif" font-size="13"><rect width="${WIDTH}" height="${HEIGHT}" fill="#fff"/>${drawnLines.join("")}${drawnTexts.join("")}</svg>`;
 }
 
 function png() {
