@@ -7,11 +7,9 @@ use dp_master::driver::Driver;
 use dp_master::fdl::{BusParams, Membership, RingEvent};
 use dp_master::phy::{PortName, ReopeningPort, SerialOptions};
 use dp_master::time::{Baud, Duration};
-use drivecom::param::{RECORD_INDEX, RECORD_SLOT, RecordError};
+use drivecom::param::{RECORD_INDEX, RECORD_SLOT};
 
-use super::{AccessError, CodePlace, ParameterAccess};
-use crate::bus::can::sdo::index_of;
-use crate::code::DataLength;
+use super::{AccessError, CodePlace, CodeRecord, ParameterAccess};
 
 /// Parameters over PROFIBUS: data record 47 through a connection of class 2 (MSAC2), beside the master that owns the drive.
 ///
@@ -35,11 +33,6 @@ const LEAVING: StdDuration = StdDuration::from_millis(500);
 const LATENCY: Duration = Duration::from_millis(50);
 /// A port that is gone for longer ends the job.
 const GONE_LIMIT: StdDuration = StdDuration::from_secs(5);
-
-/// Formats of a value in the record.
-const WORD: u8 = 0x42;
-const DOUBLE_WORD: u8 = 0x43;
-const ERROR: u8 = 0x44;
 
 impl Dpv1Access {
     /// Opens the line as a master of class 2 with address `own` and connects to the drive.
@@ -120,14 +113,15 @@ impl Dpv1Access {
         ))
     }
 
-    /// Writes a request to the record and reads the response.
-    fn ask(&mut self, place: CodePlace, request: &[u8]) -> Result<Vec<u8>, AccessError> {
+    /// Writes the request to the record and reads the response.
+    fn ask(&mut self, job: CodeRecord) -> Result<i32, AccessError> {
+        let place = job.place();
         let v1_refused = |error: &dyn std::fmt::Display| AccessError::Refused {
             place,
             reason: format!("the bus module refuses: {error}"),
         };
         self.client
-            .write(self.master.jobs(), RECORD_SLOT, RECORD_INDEX, request)
+            .write(self.master.jobs(), RECORD_SLOT, RECORD_INDEX, &job.request())
             .map_err(no_way)?;
         if let Msac2Event::Answer(Err(error)) = self.wait()? {
             return Err(v1_refused(&error));
@@ -136,36 +130,15 @@ impl Dpv1Access {
             .read(self.master.jobs(), RECORD_SLOT, RECORD_INDEX, 240)
             .map_err(no_way)?;
         match self.wait()? {
-            Msac2Event::Answer(Ok(V1Answer::Data { data, .. })) => Ok(data.to_vec()),
+            Msac2Event::Answer(Ok(V1Answer::Data { data, .. })) => job.result(&data),
             Msac2Event::Answer(Err(error)) => Err(v1_refused(&error)),
             other => Err(AccessError::NoWay(format!("{place}: unexpected answer {other:?}"))),
         }
     }
 
-    /// A request for one parameter: `id` 1 reads, 2 writes.
-    fn request(&mut self, id: u8, place: CodePlace) -> Vec<u8> {
+    fn next_reference(&mut self) -> u8 {
         self.reference = self.reference.wrapping_add(1);
-        let [high, low] = index_of(place.code).to_be_bytes();
-        vec![self.reference, id, 0, 1, 0x10, 1, high, low, 0, place.subcode]
-    }
-
-    fn check(&self, place: CodePlace, response: &[u8]) -> Result<(), AccessError> {
-        let mirrored = response.first() == Some(&self.reference);
-        if !mirrored {
-            return Err(AccessError::NoWay(format!(
-                "{place}: the response belongs to another request"
-            )));
-        }
-        // Format 44, one value, the number.
-        if let [_, id, _, _, ERROR, 1, high, low, ..] = *response
-            && id & 0x80 != 0
-        {
-            return Err(AccessError::Refused {
-                place,
-                reason: reason(RecordError(u16::from_be_bytes([high, low]))),
-            });
-        }
-        Ok(())
+        self.reference
     }
 }
 
@@ -173,47 +146,15 @@ fn no_way(error: impl std::fmt::Display) -> AccessError {
     AccessError::NoWay(error.to_string())
 }
 
-/// Source: error numbers of PROFIdrive, as in `drivecom::param::RecordError`.
-fn reason(error: RecordError) -> String {
-    let known = match error {
-        RecordError::NUMBER => "the drive has no such code",
-        RecordError::NOT_CHANGEABLE => "the code cannot be written",
-        RecordError::LIMITS => "the value is outside the range",
-        RecordError::SUBINDEX => "the code has no such subcode",
-        RecordError::DATA_TYPE => "wrong number of data octets for this code",
-        RecordError::STATE => "not in this state of the drive: perhaps only while the controller is inhibited",
-        RecordError::VALUE => "the value is not in the selection",
-        RecordError(number) => return format!("refused with error number {number:#06X}"),
-    };
-    known.to_owned()
-}
-
 impl ParameterAccess for Dpv1Access {
     fn read(&mut self, place: CodePlace) -> Result<i32, AccessError> {
-        let request = self.request(1, place);
-        let response = self.ask(place, &request)?;
-        self.check(place, &response)?;
-        match *response.get(4..).unwrap_or_default() {
-            [WORD, 1, high, low, ..] => Ok(i32::from(u16::from_be_bytes([high, low]))),
-            [DOUBLE_WORD, 1, a, b, c, d, ..] => Ok(i32::from_be_bytes([a, b, c, d])),
-            _ => Err(AccessError::NoWay(format!("{place}: the response has no value"))),
-        }
+        let reference = self.next_reference();
+        self.ask(CodeRecord::read(reference, place))
     }
 
     fn write(&mut self, place: CodePlace, raw: i32) -> Result<(), AccessError> {
-        let mut request = self.request(2, place);
-        match place.entry().map(|entry| entry.length) {
-            Some(DataLength::Two) => {
-                let [.., high, low] = raw.to_be_bytes();
-                request.extend([WORD, 1, high, low]);
-            }
-            Some(DataLength::Four) | None => {
-                request.extend([DOUBLE_WORD, 1]);
-                request.extend(raw.to_be_bytes());
-            }
-        }
-        let response = self.ask(place, &request)?;
-        self.check(place, &response)
+        let reference = self.next_reference();
+        self.ask(CodeRecord::write(reference, place, raw)).map(|_| ())
     }
 }
 

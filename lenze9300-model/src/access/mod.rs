@@ -4,6 +4,7 @@ mod can;
 mod dpv1;
 mod file;
 mod place;
+mod record;
 
 use thiserror::Error;
 
@@ -11,6 +12,7 @@ pub use can::CanAccess;
 pub use dpv1::Dpv1Access;
 pub use file::FileAccess;
 pub use place::{CodePlace, ParsePlaceError, ParseValueError};
+pub use record::CodeRecord;
 
 /// Reads and writes codes, raw as the bus carries them.
 pub trait ParameterAccess {
