@@ -11,8 +11,9 @@ use dp_master::time::{Duration, Instant};
 use drivecom::{ControlWord, State, StatusWord};
 use lenze9300_model::bus::dp::PAR_AND_FOUR_WORDS;
 
-use super::engine::{Heard, START_S, Source, input_values, set_input};
+use super::engine::{Heard, START_S, Source};
 use super::feeds::FeedJudge;
+use super::inputs::{input_values, set_input};
 use super::protocol::{BusView, DriveView, Frame, Hello, MachineView, Order, Samples, Told};
 use super::snapshot;
 use super::stations::Stations;

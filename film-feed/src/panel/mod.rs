@@ -12,9 +12,11 @@ pub mod access;
 mod capture;
 mod engine;
 mod feeds;
+mod inputs;
 mod live;
 pub mod protocol;
 mod server;
+mod simulated;
 mod snapshot;
 mod stations;
 

@@ -13,11 +13,12 @@ use lenze9300_model::plant::ShaftAngle;
 use lenze9300_model::signal::Signal;
 use lenze9300_model::units::INC_PER_REV;
 
-use super::engine::{Plant, input_values};
+use super::inputs::input_values;
 use super::protocol::{
     AdviceView, BusView, DriveView, FaultView, Frame, Hello, INPUTS, MachineView, NetRow, OutputView, ParameterView,
     TransitionInfo,
 };
+use super::simulated::Plant;
 use crate::advise::{Demands, Severity, advise};
 use crate::block::{FilmFeedBlock, Outputs};
 use crate::operator::FeedPlan;
