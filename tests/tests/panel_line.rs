@@ -118,6 +118,34 @@ fn a_feed_is_started_and_seen_through_the_panel_on_a_line() {
         "no cycle came too late for the watchdog"
     );
 
+    // Codes go through DP-V1 beside the exchange: the feed constant of the thesis (9300 fact sheet, section 11), and the
+    // acceleration time of the main set-value, three decimals (section 4.4), which no feed uses.
+    say(&mut page, json!({ "do": "read_code", "code": "C1204" }));
+    let code = hear(&mut page, "code");
+    assert_eq!(
+        (&code["code"], &code["value"]),
+        (&json!("C1204"), &json!("179.0708")),
+        "{code}"
+    );
+    say(
+        &mut page,
+        json!({ "do": "write_code", "code": "C0012", "value": "0.5" }),
+    );
+    say(&mut page, json!({ "do": "read_code", "code": "C0012" }));
+    assert!(
+        hear(&mut page, "done")["what"]
+            .as_str()
+            .unwrap()
+            .starts_with("C0012 = 0.5")
+    );
+    assert_eq!(hear(&mut page, "code")["value"], "0.500");
+    // The drive says why not.
+    say(&mut page, json!({ "do": "read_code", "code": "C0099" }));
+    let why = hear(&mut page, "refused")["why"].as_str().unwrap().to_owned();
+    assert_eq!(why, "C0099: the drive has no such code");
+    let frame = hear(&mut page, "frame");
+    assert_eq!(frame["bus"]["slave"], "data exchange", "codes do not hold up the cycle");
+
     // What only a simulated machine can do is refused.
     say(&mut page, json!({ "do": "speed", "factor": 10.0 }));
     let why = hear(&mut page, "refused")["why"].as_str().unwrap().to_owned();
@@ -127,4 +155,8 @@ fn a_feed_is_started_and_seen_through_the_panel_on_a_line() {
     until(&mut page, "the drive is gone", |frame| {
         frame["bus"]["slave"] != "data exchange"
     });
+    // A code that is asked for now is answered, too: with why it cannot be had.
+    say(&mut page, json!({ "do": "read_code", "code": "C1204" }));
+    let why = hear(&mut page, "refused")["why"].as_str().unwrap().to_owned();
+    assert!(why.starts_with("no connection to station 3"), "{why}");
 }

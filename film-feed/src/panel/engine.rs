@@ -134,12 +134,17 @@ pub(super) trait Source: Send {
     /// What does not change.
     fn hello(&self) -> Hello;
 
-    /// Carries an order out.
+    /// Carries an order of a page out; `None` is an answer that is to be seen in the next frame, or comes later.
     ///
     /// # Errors
     ///
     /// One sentence.
-    fn obey(&mut self, order: Order) -> Result<Option<Told>, String>;
+    fn obey(&mut self, asker: ClientId, order: Order) -> Result<Option<Told>, String>;
+
+    /// An answer that took its time, and the page it is for.
+    fn poll_told(&mut self) -> Option<(ClientId, Told)> {
+        None
+    }
 }
 
 /// Pages, and who of them may change something.
@@ -163,6 +168,9 @@ impl Hub {
                 }
             }
             self.source.advance(FRAME);
+            while let Some((id, told)) = self.source.poll_told() {
+                self.tell(id, &told);
+            }
             self.tell_frame();
             // What takes longer than it may is not made up for: the machine is slower then.
             next = (next + FRAME).max(Instant::now());
@@ -267,7 +275,7 @@ impl Hub {
                 }
                 Ok(None)
             }
-            order => self.source.obey(order),
+            order => self.source.obey(id, order),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Block and master in real time on a line: what the panel shows of a real machine is what the bus tells.
 
+use std::collections::VecDeque;
 use std::sync::PoisonError;
 use std::time::{Duration as StdDuration, Instant as StdInstant};
 
@@ -9,9 +10,11 @@ use dp_master::driver::Driver;
 use dp_master::phy::{ReopeningPort, SerialOptions, Trace, TracedPort};
 use dp_master::time::{Duration, Instant};
 use drivecom::{ControlWord, State, StatusWord};
+use lenze9300_model::access::CodePlace;
 use lenze9300_model::bus::dp::PAR_AND_FOUR_WORDS;
 
-use super::engine::{Heard, START_S, Source};
+use super::codes::Codes;
+use super::engine::{ClientId, Heard, START_S, Source};
 use super::feeds::FeedJudge;
 use super::inputs::{input_values, set_input};
 use super::protocol::{BusView, DriveView, Frame, Hello, MachineView, Order, Samples, Told};
@@ -49,6 +52,9 @@ pub(super) struct Live {
     rounds: (u64, f64),
     round_ms: f64,
     stations: Stations,
+    codes: Codes,
+    /// Answers about codes, and the pages they are for.
+    answers: VecDeque<(ClientId, Told)>,
     /// Why the line broke; it is told by every frame from then on.
     broken: Option<String>,
 }
@@ -95,6 +101,8 @@ impl Live {
             rounds: (0, 0.0),
             round_ms: 0.0,
             stations: Stations::default(),
+            codes: Codes::new(address, line.baud),
+            answers: VecDeque::new(),
             broken: None,
         })
     }
@@ -113,6 +121,8 @@ impl Live {
         }
         while self.master.poll_event().is_some() {}
         self.stations.work(&mut self.master);
+        let answer = self.codes.work(self.master.jobs(), self.driver.now());
+        self.answers.extend(answer);
         let is_exchanging = self.is_exchanging();
         let images = if is_exchanging {
             self.master.inputs(self.slave).try_into().ok()
@@ -258,7 +268,7 @@ impl Source for Live {
         }
     }
 
-    fn obey(&mut self, order: Order) -> Result<Option<Told>, String> {
+    fn obey(&mut self, asker: ClientId, order: Order) -> Result<Option<Told>, String> {
         match order {
             Order::Set { input, value } => set_input(&mut self.inputs, &input, value).map(|()| None),
             Order::Start => {
@@ -275,10 +285,20 @@ impl Source for Live {
                 Ok(None)
             }
             Order::TakeControl | Order::ReleaseControl => Ok(None),
-            Order::ReadCode { .. } | Order::WriteCode { .. } => {
-                Err("codes of a real drive are read and written by `lenze9300 param`".to_owned())
+            Order::ReadCode { code } => {
+                let place: CodePlace = code.parse().map_err(|error| format!("{error}"))?;
+                self.codes.ask(asker, place, None).map(|()| None)
+            }
+            Order::WriteCode { code, value } => {
+                let place: CodePlace = code.parse().map_err(|error| format!("{error}"))?;
+                let raw = place.parse_value(&value).map_err(|error| error.to_string())?;
+                self.codes.ask(asker, place, Some(raw)).map(|()| None)
             }
             _ => Err("that is for the simulated machine; this one is real".to_owned()),
         }
+    }
+
+    fn poll_told(&mut self) -> Option<(ClientId, Told)> {
+        self.answers.pop_front()
     }
 }

@@ -10,6 +10,7 @@
 
 pub mod access;
 mod capture;
+mod codes;
 mod engine;
 mod feeds;
 mod inputs;

@@ -3,6 +3,7 @@
 //! The page sends one [`Order`] a message, `{"do": "set", "input": "enable", "value": 1}`. The program sends [`Told`]: a frame twenty
 //! times a second, and answers to what one client asked.
 
+use lenze9300_model::access::CodePlace;
 use serde::{Deserialize, Serialize};
 
 /// Longest message that is taken from a page, octets.
@@ -212,6 +213,27 @@ pub enum Told {
         /// Somebody may.
         taken: bool,
     },
+}
+
+impl Told {
+    /// A code and its raw value, in the code's own unit.
+    #[must_use]
+    pub fn code_read(place: CodePlace, raw: i32) -> Self {
+        Self::Code {
+            code: place.to_string(),
+            shown: place.show(raw),
+            value: place.decimal(raw),
+            meaning: place.entry().map_or("", |entry| entry.name),
+        }
+    }
+
+    /// That a code has been written.
+    #[must_use]
+    pub fn code_written(place: CodePlace, raw: i32) -> Self {
+        Self::Done {
+            what: format!("{place} = {}", place.show(raw)),
+        }
+    }
 }
 
 /// What does not change while the program runs.

@@ -8,7 +8,7 @@ use lenze9300_model::device::Fault;
 use lenze9300_model::plant::Mains;
 use lenze9300_model::signal::Signal;
 
-use super::engine::{Heard, START_S, Source};
+use super::engine::{ClientId, Heard, START_S, Source};
 use super::feeds::FeedJudge;
 use super::inputs::set_input;
 use super::protocol::{Frame, Hello, MAX_CHANNELS, Order, Samples, Told};
@@ -212,7 +212,7 @@ impl Source for Plant {
         snapshot::hello()
     }
 
-    fn obey(&mut self, order: Order) -> Result<Option<Told>, String> {
+    fn obey(&mut self, _asker: ClientId, order: Order) -> Result<Option<Told>, String> {
         let done = |what: String| Ok(Some(Told::Done { what }));
         match order {
             // The hub has carried these out.
@@ -301,12 +301,7 @@ impl Source for Plant {
                     .drive_mut()
                     .read_code(place.code, place.subcode)
                     .map_err(|error| error.to_string())?;
-                Ok(Some(Told::Code {
-                    code: place.to_string(),
-                    shown: place.show(raw),
-                    value: place.decimal(raw),
-                    meaning: place.entry().map_or("", |entry| entry.name),
-                }))
+                Ok(Some(Told::code_read(place, raw)))
             }
             Order::WriteCode { code, value } => {
                 let place: CodePlace = code.parse().map_err(|error| format!("{error}"))?;
@@ -315,7 +310,7 @@ impl Source for Plant {
                     .drive_mut()
                     .write_code(place.code, place.subcode, raw)
                     .map_err(|error| error.to_string())?;
-                done(format!("{place} = {}", place.show(raw)))
+                Ok(Some(Told::code_written(place, raw)))
             }
             Order::Channels { names } => {
                 if names.is_empty() || names.len() > MAX_CHANNELS {
