@@ -263,6 +263,18 @@ fn codes_over_the_system_bus() {
     let output = lenze9300(&["program", "load", program, "--can", &bus.name, "--node", "7"]);
     assert_eq!(output.status.code(), Some(0), "{}", complained(&output));
     assert!(told(&output).contains("records"), "{}", told(&output));
+
+    // What the file says reaches the drive, whatever the drive held: 1200 units is what a commissioned drive has (9300 facts 11).
+    let node = ["--can", bus.name.as_str(), "--node", "7"];
+    let own = scratch.path("own.toml");
+    let record = std::fs::read_to_string(program).unwrap();
+    std::fs::write(&own, format!("{record}\n[codes]\n\"C1301/1\" = 1200.0\n")).unwrap();
+    let run = |command: &[&str]| lenze9300(&[command, &node].concat());
+    assert_eq!(run(&["param", "write", "C1301/1=5"]).status.code(), Some(0));
+    let output = run(&["program", "load", &own]);
+    assert!(told(&output).starts_with("1 codes written"), "{}", told(&output));
+    let output = run(&["param", "read", "C1301/1"]);
+    assert!(told(&output).contains("1200.0000 units"), "{}", told(&output));
 }
 
 #[test]

@@ -104,24 +104,22 @@ pub fn read_parameter_settings(text: &str) -> Result<Vec<(u16, u8, i32)>, FileEr
         if let Some(value) = fields.take("codes")
             && let Some(table) = reader.table(value, "codes")
         {
-            settings = settings_of(reader, table);
-            write_settings(reader, &settings, &mut CodeStore::factory());
+            settings = read_code_table(reader, table, &mut CodeStore::factory());
         }
         fields.finish(reader);
-        Some(
-            settings
-                .iter()
-                .map(|setting| (setting.entry.number, setting.subcode, setting.raw))
-                .collect(),
-        )
+        Some(settings)
     })
 }
 
 /// Writes the codes of a table, given by their names as in a parameter file, into a store; for files that hold such a table among
-/// others. Each mistake is told to `reader`.
-pub fn read_code_table<'a>(reader: &mut Reader<'a>, table: &DeTable<'a>, codes: &mut CodeStore) {
+/// others. Each mistake is told to `reader`. Gives them as [`read_parameter_settings`] does.
+pub fn read_code_table<'a>(reader: &mut Reader<'a>, table: &DeTable<'a>, codes: &mut CodeStore) -> Vec<(u16, u8, i32)> {
     let settings = settings_of(reader, table);
     write_settings(reader, &settings, codes);
+    settings
+        .iter()
+        .map(|setting| (setting.entry.number, setting.subcode, setting.raw))
+        .collect()
 }
 
 fn settings_of<'a>(reader: &mut Reader<'a>, table: &DeTable<'a>) -> Vec<Setting> {

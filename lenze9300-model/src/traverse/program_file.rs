@@ -71,6 +71,9 @@ pub struct ProgramFile {
     pub computed: Vec<WiredPosition>,
     /// The codes as the file leaves them: those given to the reader, with the file's own on top.
     pub codes: CodeStore,
+    /// The file's own codes in the order in which a drive must be given them: code, subcode, raw. A drive may hold anything, so that
+    /// those belong to it that `codes` had before, too.
+    pub settings: Vec<(u16, u8, i32)>,
 }
 
 impl ProgramFile {
@@ -104,16 +107,14 @@ impl ProgramFile {
             let computed = computed(reader, fields.take("computed"));
             let mut codes = codes.clone();
             codes.set_wired_positions(computed.iter().copied());
-            if let Some(value) = fields.take("codes")
-                && let Some(table) = reader.table(value, "codes")
-            {
-                read_code_table(reader, table, &mut codes);
-            }
+            let table = fields.take("codes").and_then(|value| reader.table(value, "codes"));
+            let settings = table.map_or_else(Vec::new, |table| read_code_table(reader, table, &mut codes));
             fields.finish(reader);
             Some(Self {
                 program: program(reader, records)?,
                 computed,
                 codes,
+                settings,
             })
         })
     }

@@ -42,20 +42,20 @@ enum ProgramCommand {
 pub(crate) fn program(args: &ProgramArgs) -> Result<Done, String> {
     match &args.command {
         ProgramCommand::Check { file } => {
-            let (program, settings) = read(file)?;
+            let program = read(file)?;
             say(&format!(
                 "{}: {} records and {} codes, no mistakes",
                 file.display(),
                 program.program.records().count(),
-                settings.len()
+                program.settings.len()
             ))?;
             Ok(Done::Yes)
         }
         ProgramCommand::Load { from, way } => {
-            let (program, settings) = read(from)?;
+            let program = read(from)?;
             let mut access = way.open()?;
-            for (place, raw) in &settings {
-                match access.write(*place, *raw) {
+            for (code, subcode, raw) in &program.settings {
+                match access.write(CodePlace::new(*code, *subcode), *raw) {
                     Ok(()) => {}
                     Err(error) if error.is_refusal() => {
                         eprintln!("lenze9300: {error}");
@@ -66,7 +66,7 @@ pub(crate) fn program(args: &ProgramArgs) -> Result<Done, String> {
             }
             say(&format!(
                 "{} codes written; the {} records have none and go to a modelled drive by `lenze9300 serve --program {}`",
-                settings.len(),
+                program.settings.len(),
                 program.program.records().count(),
                 from.display()
             ))?;
@@ -75,15 +75,7 @@ pub(crate) fn program(args: &ProgramArgs) -> Result<Done, String> {
     }
 }
 
-/// The program, and what its file sets beyond the film feed's commissioning values.
-fn read(path: &Path) -> Result<(ProgramFile, Vec<(CodePlace, i32)>), String> {
+fn read(path: &Path) -> Result<ProgramFile, String> {
     let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let base = CodeStore::thesis();
-    let file = ProgramFile::read(&text, &base).map_err(|error| format!("{}: {error}", path.display()))?;
-    let settings = file
-        .codes
-        .differences(&base)
-        .map(|difference| (CodePlace::new(difference.code, difference.subcode), difference.here))
-        .collect();
-    Ok((file, settings))
+    ProgramFile::read(&text, &CodeStore::thesis()).map_err(|error| format!("{}: {error}", path.display()))
 }
