@@ -57,10 +57,11 @@ impl ParameterAccess for FileAccess {
 fn refused(place: CodePlace, error: &crate::code::CodeError) -> AccessError {
     // The sentence names the code already.
     let told = error.to_string();
-    let prefix = format!("C{:04}/{}", place.code, place.subcode);
-    let reason = told
-        .strip_prefix(&prefix)
-        .map_or(told.as_str(), |rest| rest.trim_start_matches([':', ' ']));
+    let code = format!("C{:04}", place.code);
+    let subcode = format!("/{}", place.subcode);
+    let rest = told.strip_prefix(&code).unwrap_or(&told);
+    let rest = rest.strip_prefix(&subcode).unwrap_or(rest);
+    let reason = rest.trim_start_matches([':', ' ']);
     AccessError::Refused {
         place,
         reason: reason.to_owned(),

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::table::DataLength;
+use super::table::{DataLength, entry};
 
 /// Octets 5 to 8 of a negative answer: class, code and additional code.
 ///
@@ -28,7 +28,8 @@ impl ErrorReply {
 /// Why a code could not be read or written.
 ///
 /// Each variant is one row of the list in 9300 facts 3.3 (the row 8/0/0030 has two causes, hence two variants). Rows
-/// that the model never sends are left out. Values are raw, as the bus carries them (×10000 unless the code is plain).
+/// that the model never sends are left out. Values are raw, as the bus carries them (×10000 unless the code is plain); the sentences
+/// show them in the code's own unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum CodeError {
@@ -93,7 +94,7 @@ pub enum CodeError {
         subcode: u8,
     },
     /// The value lies inside the limits but is none of the selection (8/0/0030).
-    #[error("C{code:04}/{subcode}: {got} is not in the selection {selection:?}")]
+    #[error("C{code:04}/{subcode}: {} is not in the selection {}", shown(*code, *got), list(*code, selection))]
     OutsideSelection {
         /// Code number.
         code: u16,
@@ -105,7 +106,7 @@ pub enum CodeError {
         selection: &'static [i32],
     },
     /// The value lies above the range (8/0/0031).
-    #[error("C{code:04}/{subcode}: {got} is above {max}")]
+    #[error("C{code:04}/{subcode}: {} is above {}", shown(*code, *got), shown(*code, *max))]
     TooHigh {
         /// Code number.
         code: u16,
@@ -117,7 +118,7 @@ pub enum CodeError {
         got: i32,
     },
     /// The value lies below the range (8/0/0032).
-    #[error("C{code:04}/{subcode}: {got} is below {min}")]
+    #[error("C{code:04}/{subcode}: {} is below {}", shown(*code, *got), shown(*code, *min))]
     TooLow {
         /// Code number.
         code: u16,
@@ -156,4 +157,14 @@ impl CodeError {
             additional,
         }
     }
+}
+
+/// A raw value in the code's own unit.
+fn shown(code: u16, raw: i32) -> String {
+    entry(code).map_or_else(|| raw.to_string(), |entry| entry.show(raw))
+}
+
+fn list(code: u16, raw: &[i32]) -> String {
+    let shown: Vec<_> = raw.iter().map(|raw| shown(code, *raw)).collect();
+    shown.join(", ")
 }

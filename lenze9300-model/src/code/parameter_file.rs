@@ -262,7 +262,7 @@ mod tests {
                 "line 4: C0011: expected a number, got string",
                 "line 5: C1301/111 does not exist: subcodes 1 to 110",
                 "line 7: C0051/0 is a display and cannot be written",
-                "line 8: C0086/0: 1070000 is not in the selection [0, 1080000]",
+                "line 8: C0086/0: 107 is not in the selection 0, 108",
                 "line 9: C0022: expected a number with at most 4 decimals, got nan",
                 "line 10: C0071: it is below 1.0 ms",
                 "line 11: C0255: expected a whole number, got 1.5",
