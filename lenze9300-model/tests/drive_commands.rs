@@ -218,7 +218,7 @@ fn codes_over_the_system_bus() {
 
     // Nobody has this address.
     let output = lenze9300(&["param", "read", "C0061", "--can", &bus.name, "--node", "9"]);
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(output.status.code(), Some(1));
     let complaint = complained(&output);
     assert!(
         complaint.contains("C0061/0: node 9 does not answer (3 attempts)"),
@@ -270,11 +270,61 @@ fn codes_over_the_system_bus() {
     let record = std::fs::read_to_string(program).unwrap();
     std::fs::write(&own, format!("{record}\n[codes]\n\"C1301/1\" = 1200.0\n")).unwrap();
     let run = |command: &[&str]| lenze9300(&[command, &node].concat());
+    let output = lenze9300(&["program", "check", &own, "--json"]);
+    let told_of: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&told_of["records"], &told_of["codes"]), (&4.into(), &1.into()));
     assert_eq!(run(&["param", "write", "C1301/1=5"]).status.code(), Some(0));
     let output = run(&["program", "load", &own]);
-    assert!(told(&output).starts_with("1 codes written"), "{}", told(&output));
+    assert!(told(&output).starts_with("1 code written"), "{}", told(&output));
     let output = run(&["param", "read", "C1301/1"]);
     assert!(told(&output).contains("1200.0000 units"), "{}", told(&output));
+}
+
+/// Starts a recording that would take a minute, lets `end` end it, and gives what it left.
+fn recorded(name: &str, end: impl FnOnce(&Child, &mut Served)) -> (Output, String) {
+    let bus = Bus::new();
+    let mut drive = Served::new(&["--can", &bus.name, "--node", "7"]);
+    let scratch = Scratch::new(name);
+    let csv = scratch.path("run.csv");
+    let arguments = [
+        "scope", "--can", &bus.name, "--node", "7", "--time", "60", "--out", &csv, "--json",
+    ];
+    let recorder = Command::new(env!("CARGO_BIN_EXE_lenze9300"))
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    thread::sleep(std::time::Duration::from_millis(1500));
+    end(&recorder, &mut drive);
+    let output = recorder.wait_with_output().unwrap();
+    (output, std::fs::read_to_string(csv).unwrap())
+}
+
+#[test]
+fn a_recording_that_is_interrupted_is_kept() {
+    let (output, csv) = recorded("interrupted", |recorder, _| {
+        let pid = recorder.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+    });
+    assert_eq!(output.status.code(), Some(0), "{}", complained(&output));
+    let recording: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(recording["interrupted"], true);
+    assert_eq!(recording["samples"], csv.lines().count() - 1);
+    assert!(csv.lines().count() > 5, "{csv}");
+}
+
+#[test]
+fn a_recording_whose_drive_goes_away_is_kept() {
+    let (output, csv) = recorded("gone", |_, drive| drive.0.kill().unwrap());
+    assert_eq!(output.status.code(), Some(1), "{}", complained(&output));
+    let complaint = complained(&output);
+    assert!(
+        complaint.contains("node 7 does not answer") && complaint.contains("what was recorded before is written"),
+        "{complaint}"
+    );
+    assert!(csv.lines().count() > 5, "{csv}");
 }
 
 #[test]
@@ -297,7 +347,7 @@ fn codes_over_profibus_beside_nobody() {
         told(&output)
     );
     let output = lenze9300(&["param", "read", "C0012", "--port", &line, "--address", "9"]);
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(output.status.code(), Some(1));
     assert!(complained(&output).contains("station 9"), "{}", complained(&output));
 }
 
@@ -309,6 +359,13 @@ fn codes_in_a_file() {
     let output = lenze9300(&["param", "compare", "--file", &file]);
     assert_eq!(output.status.code(), Some(1));
     assert!(told(&output).ends_with("2 codes differ\n"), "{}", told(&output));
+    // Refusals speak the code's own unit: 0 to 999.9 s (9300 facts 4.4).
+    let output = lenze9300(&["param", "write", "C0105=1000", "--file", &file]);
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(told(&output), "C0105      1000.000 s is above 999.900 s\n");
+    let output = lenze9300(&["param", "read", "C9998", "--file", &file]);
+    assert_eq!(told(&output), "C9998      does not exist\n");
+
     let output = lenze9300(&["param", "list", "--file", &file]);
     assert!(
         told(&output).lines().count() > 300 && told(&output).contains("C0011"),
@@ -344,6 +401,27 @@ fn mistakes_are_told_in_one_sentence_before_anything_is_touched() {
             "`SPEED` is no channel",
         ),
         (&["program", "check", "/nonexistent/p.toml"], "/nonexistent/p.toml"),
+        (
+            &["scope", "--out", "run.xlsx", "--file", &target],
+            "allowed are FILE.csv and FILE.parquet",
+        ),
+        (
+            &["scope", "--svg", "run.jpg", "--file", &target],
+            "allowed are FILE.svg and FILE.png",
+        ),
+        // Found before the recording, which would take an hour.
+        (
+            &[
+                "scope",
+                "--time",
+                "3600",
+                "--out",
+                "/nonexistent/run.csv",
+                "--file",
+                &target,
+            ],
+            "/nonexistent/run.csv cannot be written",
+        ),
     ];
     for (arguments, part) in cases {
         let output = lenze9300(arguments);

@@ -5,7 +5,7 @@ use dp_master::time::{Duration, Instant};
 use super::{AccessError, CodePlace, ParameterAccess};
 use crate::bus::can::sdo::{Data, Request};
 use crate::bus::can::{SdoChannel, SdoClient, SdoClientError, SdoOutcome};
-use crate::bus::can_port::{CanBusEvent, CanPort, CanPortErrorKind};
+use crate::bus::can_port::{BusState, CanBusEvent, CanPort, CanPortErrorKind};
 use crate::code::DataLength;
 
 /// Parameters over the system bus.
@@ -56,7 +56,7 @@ impl<P: CanPort> CanAccess<P> {
                     let reason = reason.to_string();
                     return Err(AccessError::Refused { place, reason });
                 }
-                Some(Err(error)) => return Err(no_way(&error)),
+                Some(Err(error)) => return Err(AccessError::NoAnswer(error.to_string())),
             }
             let until = self.client.poll_timeout().unwrap_or(now);
             let wait = StdDuration::from(until - self.now()).max(StdDuration::from_millis(1));
@@ -67,8 +67,8 @@ impl<P: CanPort> CanAccess<P> {
             }
             // A bus that does not work is the reason for what follows.
             while let Some(event) = self.port.poll_event() {
-                if let CanBusEvent::State(_) = event {
-                    return Err(no_way(&event));
+                if let CanBusEvent::State(BusState::Passive | BusState::Off) = event {
+                    return Err(AccessError::NoAnswer(event.to_string()));
                 }
             }
         }
@@ -80,7 +80,9 @@ impl<P: CanPort> ParameterAccess for CanAccess<P> {
         let CodePlace { code, subcode } = place;
         match self.carry_out(place, Request::Read { code, subcode })? {
             SdoOutcome::Value(value) => Ok(value),
-            SdoOutcome::Written => Err(AccessError::NoWay(format!("{place}: a read was answered as a write"))),
+            SdoOutcome::Written => Err(AccessError::NoAnswer(format!(
+                "{place}: a read was answered as a write"
+            ))),
         }
     }
 

@@ -27,6 +27,8 @@ pub struct Dpv1Access {
 
 /// A token that does not come, all repetitions, and a slow drive.
 const PATIENCE: StdDuration = StdDuration::from_secs(10);
+/// How often a connection is asked for: an operating system may hold an answer up for longer than the bus waits.
+const ATTEMPTS: u32 = 3;
 const TICK: StdDuration = StdDuration::from_millis(20);
 const LEAVING: StdDuration = StdDuration::from_millis(500);
 /// What an adapter and the operating system may add to an answer.
@@ -39,7 +41,7 @@ impl Dpv1Access {
     ///
     /// # Errors
     ///
-    /// [`AccessError::NoWay`].
+    /// [`AccessError::NoWay`] when the line cannot be opened, [`AccessError::NoAnswer`] when there is no connection over it.
     pub fn open(port: &PortName, baud: Baud, own: Address, drive: Address) -> Result<Self, AccessError> {
         let opened = ReopeningPort::open(port, baud, SerialOptions::default()).map_err(no_way)?;
         let params = BusParams::standard(baud).with_latency_allowance(LATENCY);
@@ -65,14 +67,21 @@ impl Dpv1Access {
             profile_ident: 0,
             addresses: Addresses::DIRECT,
         };
-        self.client.connect(self.master.jobs(), &initiate).map_err(no_way)?;
-        match self.wait()? {
-            Msac2Event::Opened(_) => Ok(()),
-            Msac2Event::Rejected(error) => Err(AccessError::NoWay(format!(
-                "station {} refuses a connection: {error}",
-                self.drive
-            ))),
-            other => Err(self.no_connection(&format!("{other:?}"))),
+        let mut attempt = 1;
+        loop {
+            self.client.connect(self.master.jobs(), &initiate).map_err(no_way)?;
+            match self.wait() {
+                Ok(Msac2Event::Opened(_)) => return Ok(()),
+                Ok(Msac2Event::Rejected(error)) => {
+                    return Err(AccessError::NoAnswer(format!(
+                        "station {} refuses a connection: {error}",
+                        self.drive
+                    )));
+                }
+                Ok(other) => return Err(self.no_connection(&format!("{other:?}"))),
+                Err(AccessError::NoAnswer(_)) if attempt < ATTEMPTS => attempt += 1,
+                Err(error) => return Err(error),
+            }
         }
     }
 
@@ -88,7 +97,7 @@ impl Dpv1Access {
                 return Ok(event);
             }
             if begun.elapsed() > PATIENCE {
-                return Err(AccessError::NoWay(format!(
+                return Err(AccessError::NoAnswer(format!(
                     "no token in {} s: other masters admit us when our address {} is free and not above their HSA",
                     PATIENCE.as_secs(),
                     self.own
@@ -97,7 +106,7 @@ impl Dpv1Access {
             self.driver.step(&mut self.master, TICK).map_err(no_way)?;
             while let Some(event) = self.master.poll_event() {
                 if event == MasterEvent::Ring(RingEvent::DuplicateAddress) {
-                    return Err(AccessError::NoWay(format!(
+                    return Err(AccessError::NoAnswer(format!(
                         "another station has our address {}; choose a free one",
                         self.own
                     )));
@@ -107,7 +116,7 @@ impl Dpv1Access {
     }
 
     fn no_connection(&self, why: &str) -> AccessError {
-        AccessError::NoWay(format!(
+        AccessError::NoAnswer(format!(
             "no connection to station {}: {why}; is it there, and does it speak DP-V1?",
             self.drive
         ))
@@ -132,7 +141,7 @@ impl Dpv1Access {
         match self.wait()? {
             Msac2Event::Answer(Ok(V1Answer::Data { data, .. })) => job.result(&data),
             Msac2Event::Answer(Err(error)) => Err(v1_refused(&error)),
-            other => Err(AccessError::NoWay(format!("{place}: unexpected answer {other:?}"))),
+            other => Err(AccessError::NoAnswer(format!("{place}: unexpected answer {other:?}"))),
         }
     }
 

@@ -53,7 +53,10 @@ pub enum AccessError {
         /// What the drive gave as reason, in words.
         reason: String,
     },
-    /// There is no way to the drive, or none any more.
+    /// The way is open, and the drive does not answer, or not so that it could be understood.
+    #[error("{0}")]
+    NoAnswer(String),
+    /// There is no way to the drive, or none any more: a port, an interface, a file.
     #[error("{0}")]
     NoWay(String),
 }

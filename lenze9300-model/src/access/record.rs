@@ -93,11 +93,11 @@ impl CodeRecord {
     ///
     /// # Errors
     ///
-    /// [`AccessError::Refused`] when the drive refuses, [`AccessError::NoWay`] when the octets are no response to this request.
+    /// [`AccessError::Refused`] when the drive refuses, [`AccessError::NoAnswer`] when the octets are no response to this request.
     pub fn result(&self, response: &[u8]) -> Result<i32, AccessError> {
         let place = self.place;
         if response.first() != Some(&self.reference) {
-            return Err(AccessError::NoWay(format!(
+            return Err(AccessError::NoAnswer(format!(
                 "{place}: the response belongs to another request"
             )));
         }
@@ -116,7 +116,7 @@ impl CodeRecord {
         match *response.get(4..).unwrap_or_default() {
             [WORD, 1, high, low, ..] => Ok(i32::from(u16::from_be_bytes([high, low]))),
             [DOUBLE_WORD, 1, a, b, c, d, ..] => Ok(i32::from_be_bytes([a, b, c, d])),
-            _ => Err(AccessError::NoWay(format!("{place}: the response has no value"))),
+            _ => Err(AccessError::NoAnswer(format!("{place}: the response has no value"))),
         }
     }
 }

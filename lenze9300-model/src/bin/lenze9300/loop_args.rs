@@ -1,6 +1,5 @@
 //! What `step` and `bode` have in common: which loop, of which axis, and where the result goes.
 
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -10,6 +9,9 @@ use lenze9300_model::code::{CodeError, CodeStore, Inhibit};
 use lenze9300_model::picture;
 use lenze9300_model::response::{LinearLoop, LoopFigures, LoopKind, Margins, StepResponse};
 use lenze9300_model::{AxisParams, ControllerCodes};
+
+use crate::outcome::say;
+use crate::provisional::Provisional;
 
 /// Options of both subcommands.
 #[derive(Debug, Args)]
@@ -159,7 +161,7 @@ impl Measured {
         } else {
             self.figures.to_string()
         };
-        writeln!(std::io::stdout().lock(), "{text}").map_err(|error| format!("standard output: {error}"))?;
+        say(&text)?;
         if self.step.as_ref().is_some_and(StepResponse::limited) {
             eprintln!(
                 "lenze9300: a limit of torque or voltage held the controller during the step, so these are not the figures of a \
@@ -176,19 +178,8 @@ impl Measured {
 
 /// Writes a picture beside nothing half-done: under another name first.
 pub(crate) fn write_picture(path: &Path, svg: &str) -> Result<(), String> {
-    let complain = |error: std::io::Error| format!("{} cannot be written: {error}", path.display());
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    if name.is_empty() || path.is_dir() {
-        return Err(format!(
-            "{} cannot be written: it is a directory, a file name is needed",
-            path.display()
-        ));
-    }
-    name.push(".part");
-    let provisional = path.with_file_name(name);
     let octets = picture::for_file(path, svg).map_err(|error| error.to_string())?;
-    fs::write(&provisional, octets).map_err(complain)?;
-    fs::rename(&provisional, path).map_err(complain)
+    Provisional::create(path)?.keep(|out| out.write_all(&octets))
 }
 
 fn parse_inertia(text: &str) -> Result<f64, String> {

@@ -4,8 +4,10 @@ mod bode;
 mod loop_args;
 mod monitor;
 mod operator;
+mod outcome;
 mod param;
 mod program;
+mod provisional;
 mod reader;
 mod scope;
 mod scope_orders;
@@ -20,6 +22,8 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
+
+use outcome::{Done, Failed};
 
 /// A modelled Lenze 9300 servo position controller with its PROFIBUS module.
 #[derive(Debug, Parser)]
@@ -49,7 +53,7 @@ enum Command {
     Bode(bode::BodeArgs),
 }
 
-/// The job ran and did not succeed.
+/// The job ran and did not succeed, or the drive does not answer.
 const NOT_DONE: u8 = 1;
 /// Something given was wrong, or the port broke.
 const BAD_INPUT: u8 = 2;
@@ -123,11 +127,15 @@ fn finish(outcome: Result<loop_args::Verdict, String>) -> ExitCode {
 }
 
 /// The exit code of a job at a drive.
-fn end(outcome: Result<param::Done, String>) -> ExitCode {
+fn end(outcome: Result<Done, Failed>) -> ExitCode {
     match outcome {
-        Ok(param::Done::Yes) => ExitCode::SUCCESS,
-        Ok(param::Done::No) => ExitCode::from(NOT_DONE),
-        Err(sentence) => fail(&sentence),
+        Ok(Done::Yes) => ExitCode::SUCCESS,
+        Ok(Done::No) => ExitCode::from(NOT_DONE),
+        Err(Failed::AtDrive(sentence)) => {
+            eprintln!("lenze9300: {sentence}");
+            ExitCode::from(NOT_DONE)
+        }
+        Err(Failed::Given(sentence)) => fail(&sentence),
     }
 }
 

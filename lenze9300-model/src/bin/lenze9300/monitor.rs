@@ -9,7 +9,7 @@ use lenze9300_model::access::{AccessError, CodePlace, ParameterAccess};
 use lenze9300_model::device::Fault;
 use serde::Serialize;
 
-use crate::param::{Done, say};
+use crate::outcome::{Done, Failed, say};
 use crate::way::WayArgs;
 
 /// What `lenze9300 monitor` takes.
@@ -76,12 +76,12 @@ struct Shown {
 }
 
 /// Shows the drive until it is interrupted, or once.
-pub(crate) fn monitor(args: &MonitorArgs) -> Result<Done, String> {
+pub(crate) fn monitor(args: &MonitorArgs) -> Result<Done, Failed> {
     let mut access = args.way.open()?;
     let is_live = !args.once && !args.json && io::stdout().is_terminal();
     loop {
         let begun = Instant::now();
-        let look = look(&mut access).map_err(|error| error.to_string())?;
+        let look = look(&mut access)?;
         if args.json {
             say(&serde_json::to_string(&look).map_err(|error| error.to_string())?)?;
         } else if is_live {

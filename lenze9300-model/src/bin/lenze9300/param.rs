@@ -1,7 +1,7 @@
 //! `lenze9300 param`: codes of a drive read, written, listed, saved, loaded and compared.
 
 use std::fs;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
@@ -12,6 +12,7 @@ use lenze9300_model::code::{
 };
 use serde::Serialize;
 
+use crate::outcome::{Done, Failed, say};
 use crate::way::WayArgs;
 
 /// What `lenze9300 param` takes.
@@ -83,24 +84,19 @@ enum ParamCommand {
 struct Common {
     #[command(flatten)]
     way: WayArgs,
-    /// One JSON array instead of the table.
+    /// JSON instead of the table: an array of codes, or one object.
     #[arg(long)]
     json: bool,
 }
+
+/// Codes that could not be read and are told one by one; of the others there is the number.
+const UNREAD_TOLD: usize = 10;
 
 /// A code and its raw value.
 #[derive(Debug, Clone, Copy)]
 struct Setting {
     place: CodePlace,
     raw: i32,
-}
-
-/// How a command that ran came out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Done {
-    Yes,
-    /// It ran and failed: a code was refused, something differs.
-    No,
 }
 
 /// A code as it is told.
@@ -143,7 +139,7 @@ impl Row {
 }
 
 /// Runs the subcommand.
-pub(crate) fn param(args: &ParamArgs) -> Result<Done, String> {
+pub(crate) fn param(args: &ParamArgs) -> Result<Done, Failed> {
     match &args.command {
         ParamCommand::Read { codes, common } => read(&mut common.way.open()?, codes, common.json),
         ParamCommand::Write {
@@ -155,7 +151,7 @@ pub(crate) fn param(args: &ParamArgs) -> Result<Done, String> {
             write(access, settings, *store, common.json)
         }
         ParamCommand::List { all, common } => list(&mut common.way.open()?, *all, common.json),
-        ParamCommand::Save { into, common } => save(&mut common.way.open()?, into),
+        ParamCommand::Save { into, common } => save(&mut common.way.open()?, into, common.json),
         ParamCommand::Load { from, store, common } => {
             // The file first: a mistake in it is found before anything is written.
             let settings = settings_of(from)?;
@@ -169,7 +165,7 @@ pub(crate) fn param(args: &ParamArgs) -> Result<Done, String> {
     }
 }
 
-fn read(access: &mut impl ParameterAccess, codes: &[CodePlace], json: bool) -> Result<Done, String> {
+fn read(access: &mut impl ParameterAccess, codes: &[CodePlace], json: bool) -> Result<Done, Failed> {
     let rows = rows(access, codes)?;
     let done = if rows.iter().all(|row| row.error.is_none()) {
         Done::Yes
@@ -181,7 +177,7 @@ fn read(access: &mut impl ParameterAccess, codes: &[CodePlace], json: bool) -> R
 }
 
 /// Reads codes; a refusal becomes part of the row.
-fn rows(access: &mut impl ParameterAccess, codes: &[CodePlace]) -> Result<Vec<Row>, String> {
+fn rows(access: &mut impl ParameterAccess, codes: &[CodePlace]) -> Result<Vec<Row>, Failed> {
     let bar = progress(codes.len());
     let mut rows = Vec::with_capacity(codes.len());
     for place in codes {
@@ -190,7 +186,7 @@ fn rows(access: &mut impl ParameterAccess, codes: &[CodePlace]) -> Result<Vec<Ro
             && !error.is_refusal()
         {
             bar.finish_and_clear();
-            return Err(error.to_string());
+            return Err(error.clone().into());
         }
         rows.push(Row::new(*place, &outcome));
         bar.inc(1);
@@ -199,7 +195,7 @@ fn rows(access: &mut impl ParameterAccess, codes: &[CodePlace]) -> Result<Vec<Ro
     Ok(rows)
 }
 
-fn write(access: &mut impl ParameterAccess, settings: &[Setting], store: bool, json: bool) -> Result<Done, String> {
+fn write(access: &mut impl ParameterAccess, settings: &[Setting], store: bool, json: bool) -> Result<Done, Failed> {
     let bar = progress(settings.len());
     let mut rows = Vec::new();
     let mut done = Done::Yes;
@@ -208,7 +204,7 @@ fn write(access: &mut impl ParameterAccess, settings: &[Setting], store: bool, j
         match &outcome {
             Err(error) if !error.is_refusal() => {
                 bar.finish_and_clear();
-                return Err(error.to_string());
+                return Err(error.clone().into());
             }
             Err(_) => done = Done::No,
             Ok(_) => {}
@@ -222,7 +218,7 @@ fn write(access: &mut impl ParameterAccess, settings: &[Setting], store: bool, j
     bar.finish_and_clear();
     if done == Done::Yes && store {
         let place = CodePlace::new(3, 0);
-        access.write(place, 1_0000).map_err(|error| error.to_string())?;
+        access.write(place, 1_0000)?;
     }
     print(&rows, json)?;
     if done == Done::No {
@@ -236,24 +232,39 @@ fn write(access: &mut impl ParameterAccess, settings: &[Setting], store: bool, j
     Ok(done)
 }
 
-fn list(access: &mut impl ParameterAccess, all: bool, json: bool) -> Result<Done, String> {
+fn list(access: &mut impl ParameterAccess, all: bool, json: bool) -> Result<Done, Failed> {
     let places: Vec<_> = places(|kind| all || kind == Kind::Stored).collect();
     let rows = rows(access, &places)?;
     print(&rows, json)?;
-    Ok(Done::Yes)
+    Ok(tell_unread(&rows))
 }
 
-fn save(access: &mut impl ParameterAccess, into: &Path) -> Result<Done, String> {
-    let codes = read_store(access)?;
+fn save(access: &mut impl ParameterAccess, into: &Path, json: bool) -> Result<Done, Failed> {
+    let (codes, done) = read_store(access)?;
     let factory = CodeStore::factory();
     let text = write_parameter_file(&codes, &factory);
     fs::write(into, text).map_err(|error| format!("{} cannot be written: {error}", into.display()))?;
-    say(&format!(
-        "{} codes that differ from the factory setting in {}",
-        codes.differences(&factory).count(),
-        into.display()
-    ))?;
-    Ok(Done::Yes)
+    let saved = Saved {
+        file: into,
+        codes: codes.differences(&factory).count(),
+    };
+    if json {
+        print_json(&saved)?;
+    } else {
+        say(&format!(
+            "{} that differ from the factory setting in {}",
+            count(saved.codes),
+            into.display()
+        ))?;
+    }
+    Ok(done)
+}
+
+/// What was written into a parameter file.
+#[derive(Debug, Serialize)]
+struct Saved<'a> {
+    file: &'a Path,
+    codes: usize,
 }
 
 #[derive(Debug, Serialize)]
@@ -266,8 +277,8 @@ struct DifferenceRow {
     meaning: &'static str,
 }
 
-fn compare(access: &mut impl ParameterAccess, expected: &CodeStore, json: bool) -> Result<Done, String> {
-    let codes = read_store(access)?;
+fn compare(access: &mut impl ParameterAccess, expected: &CodeStore, json: bool) -> Result<Done, Failed> {
+    let (codes, done) = read_store(access)?;
     let rows: Vec<_> = codes
         .differences(expected)
         .map(|difference| {
@@ -293,17 +304,20 @@ fn compare(access: &mut impl ParameterAccess, expected: &CodeStore, json: bool) 
                 row.drive, row.expected, row.unit, row.meaning
             ));
         }
-        text.push_str(&format!("{} codes differ", rows.len()));
+        let verb = if rows.len() == 1 { "differs" } else { "differ" };
+        text.push_str(&format!("{} {verb}", count(rows.len())));
         say(&text)?;
     }
-    Ok(if rows.is_empty() { Done::Yes } else { Done::No })
+    Ok(if rows.is_empty() { done } else { Done::No })
 }
 
-/// The stored codes of a drive as a store, so that files and differences come out as everywhere else.
-fn read_store(access: &mut impl ParameterAccess) -> Result<CodeStore, String> {
+/// The stored codes of a drive as a store, so that files and differences come out as everywhere else. Codes that could not be read
+/// keep their factory value in it; they are told, and the job is not done.
+fn read_store(access: &mut impl ParameterAccess) -> Result<(CodeStore, Done), Failed> {
     let places: Vec<_> = places(|kind| kind == Kind::Stored).collect();
     let mut store = CodeStore::factory();
     let rows = rows(access, &places)?;
+    let done = tell_unread(&rows);
     // The motor list first, for it resets other codes.
     let motor_first = |row: &&Row| u8::from(row.code != 86);
     let mut rows: Vec<_> = rows.iter().collect();
@@ -316,7 +330,35 @@ fn read_store(access: &mut impl ParameterAccess) -> Result<CodeStore, String> {
         // What the drive forms itself cannot be written and need not be.
         let _ = store.write(row.code, row.subcode, raw, Inhibit::Active);
     }
-    Ok(store)
+    Ok((store, done))
+}
+
+/// Tells which codes could not be read, with the drive's reason.
+fn tell_unread(rows: &[Row]) -> Done {
+    let unread = || rows.iter().filter(|row| row.error.is_some());
+    if unread().next().is_none() {
+        return Done::Yes;
+    }
+    for row in unread().take(UNREAD_TOLD) {
+        let place = CodePlace::new(row.code, row.subcode);
+        eprintln!(
+            "lenze9300: {place} could not be read: {}",
+            row.error.as_deref().unwrap_or_default()
+        );
+    }
+    let total = unread().count();
+    if total > UNREAD_TOLD {
+        eprintln!("lenze9300: and {} more could not be read", total - UNREAD_TOLD);
+    }
+    Done::No
+}
+
+/// `1 code`, `2 codes`.
+pub(crate) fn count(codes: usize) -> String {
+    match codes {
+        1 => "1 code".to_owned(),
+        _ => format!("{codes} codes"),
+    }
 }
 
 fn places(wanted: impl Fn(Kind) -> bool) -> impl Iterator<Item = CodePlace> {
@@ -373,15 +415,6 @@ fn print_json<T: Serialize + ?Sized>(rows: &T) -> Result<(), String> {
     say(&text)
 }
 
-/// Lines on standard output. Whoever closed the pipe has read enough.
-pub(crate) fn say(text: &str) -> Result<(), String> {
-    let mut out = io::stdout().lock();
-    match writeln!(out, "{text}").and_then(|()| out.flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(format!("standard output: {error}")),
-        _ => Ok(()),
-    }
-}
-
 /// A bar on a terminal for what lasts.
 fn progress(codes: usize) -> ProgressBar {
     if codes < 20 || !io::stderr().is_terminal() {
@@ -393,4 +426,37 @@ fn progress(codes: usize) -> ProgressBar {
             .unwrap_or_else(|_| ProgressStyle::default_bar()),
     );
     bar
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A drive that does not give one of its codes away.
+    struct Reserved(CodeStore);
+
+    const KEPT_BACK: CodePlace = CodePlace::new(11, 0);
+
+    impl ParameterAccess for Reserved {
+        fn read(&mut self, place: CodePlace) -> Result<i32, AccessError> {
+            if place == KEPT_BACK {
+                let reason = "not for you".to_owned();
+                return Err(AccessError::Refused { place, reason });
+            }
+            Ok(self.0.read(place.code, place.subcode).expect("a code of the table"))
+        }
+
+        fn write(&mut self, _: CodePlace, _: i32) -> Result<(), AccessError> {
+            unreachable!("nothing is written here")
+        }
+    }
+
+    #[test]
+    fn a_drive_that_is_not_read_completely_is_not_equal_and_not_saved_completely() {
+        let mut drive = Reserved(CodeStore::factory());
+        let (_, done) = read_store(&mut drive).expect("a refusal is no broken way");
+        assert_eq!(done, Done::No);
+        let done = compare(&mut drive, &CodeStore::factory(), true).expect("as above");
+        assert_eq!(done, Done::No);
+    }
 }

@@ -7,8 +7,10 @@ use clap::{Args, Subcommand};
 use lenze9300_model::access::{CodePlace, ParameterAccess};
 use lenze9300_model::code::CodeStore;
 use lenze9300_model::traverse::ProgramFile;
+use serde::Serialize;
 
-use crate::param::{Done, say};
+use crate::outcome::{Done, Failed, say};
+use crate::param::count;
 use crate::way::WayArgs;
 
 /// What `lenze9300 program` takes.
@@ -25,6 +27,9 @@ enum ProgramCommand {
         /// The file.
         #[arg(value_name = "FILE")]
         file: PathBuf,
+        /// One JSON object instead of the sentence.
+        #[arg(long)]
+        json: bool,
     },
     /// Check a program file and write its codes, the variables of its records among them, into a drive.
     ///
@@ -35,23 +40,49 @@ enum ProgramCommand {
         from: PathBuf,
         #[command(flatten)]
         way: WayArgs,
+        /// One JSON object instead of the sentence.
+        #[arg(long)]
+        json: bool,
     },
 }
 
+/// What `--json` tells.
+#[derive(Debug, Serialize)]
+struct Told<'a> {
+    file: &'a Path,
+    records: usize,
+    codes: usize,
+}
+
+impl<'a> Told<'a> {
+    fn new(file: &'a Path, program: &ProgramFile) -> Self {
+        Self {
+            file,
+            records: program.program.records().count(),
+            codes: program.settings.len(),
+        }
+    }
+
+    fn tell(&self, json: bool, sentence: &str) -> Result<(), String> {
+        if json {
+            say(&serde_json::to_string(self).map_err(|error| error.to_string())?)
+        } else {
+            say(sentence)
+        }
+    }
+}
+
 /// Runs the subcommand.
-pub(crate) fn program(args: &ProgramArgs) -> Result<Done, String> {
+pub(crate) fn program(args: &ProgramArgs) -> Result<Done, Failed> {
     match &args.command {
-        ProgramCommand::Check { file } => {
-            let program = read(file)?;
-            say(&format!(
-                "{}: {} records and {} codes, no mistakes",
-                file.display(),
-                program.program.records().count(),
-                program.settings.len()
-            ))?;
+        ProgramCommand::Check { file, json } => {
+            let told = &Told::new(file, &read(file)?);
+            let (records, codes) = (told.records, count(told.codes));
+            let sentence = format!("{}: {records} records and {codes}, no mistakes", file.display());
+            told.tell(*json, &sentence)?;
             Ok(Done::Yes)
         }
-        ProgramCommand::Load { from, way } => {
+        ProgramCommand::Load { from, way, json } => {
             let program = read(from)?;
             let mut access = way.open()?;
             for (code, subcode, raw) in &program.settings {
@@ -61,15 +92,16 @@ pub(crate) fn program(args: &ProgramArgs) -> Result<Done, String> {
                         eprintln!("lenze9300: {error}");
                         return Ok(Done::No);
                     }
-                    Err(error) => return Err(error.to_string()),
+                    Err(error) => return Err(error.into()),
                 }
             }
-            say(&format!(
-                "{} codes written; the {} records have none and go to a modelled drive by `lenze9300 serve --program {}`",
-                program.settings.len(),
-                program.program.records().count(),
+            let told = Told::new(from, &program);
+            let (records, codes) = (told.records, count(told.codes));
+            let sentence = format!(
+                "{codes} written; the {records} records have none and go to a modelled drive by `lenze9300 serve --program {}`",
                 from.display()
-            ))?;
+            );
+            told.tell(*json, &sentence)?;
             Ok(Done::Yes)
         }
     }

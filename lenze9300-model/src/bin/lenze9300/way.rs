@@ -10,6 +10,8 @@ use lenze9300_model::access::{CanAccess, Dpv1Access, FileAccess, ParameterAccess
 use lenze9300_model::bus::can::SdoChannel;
 use lenze9300_model::bus::can_port::{CanPortName, open};
 
+use crate::outcome::Failed;
+
 /// One of the ways.
 #[derive(Debug, Args)]
 pub(crate) struct WayArgs {
@@ -54,8 +56,8 @@ impl WayArgs {
     ///
     /// # Errors
     ///
-    /// One sentence.
-    pub(crate) fn open(&self) -> Result<Box<dyn ParameterAccess>, String> {
+    /// [`Failed`].
+    pub(crate) fn open(&self) -> Result<Box<dyn ParameterAccess>, Failed> {
         if let Some(name) = &self.can {
             let port = open(name).map_err(|error| error.to_string())?;
             let channel = match self.channel {
@@ -67,13 +69,14 @@ impl WayArgs {
         if let Some(port) = &self.port {
             let address = |value| Address::new(value).map_err(|error| error.to_string());
             let (own, drive) = (address(self.own_address)?, address(self.address)?);
-            let access = Dpv1Access::open(port, self.baud, own, drive).map_err(|error| error.to_string())?;
+            let access = Dpv1Access::open(port, self.baud, own, drive)?;
             return Ok(Box::new(access));
         }
         if let Some(path) = &self.file {
-            let access = FileAccess::open(path).map_err(|error| error.to_string())?;
-            return Ok(Box::new(access));
+            return Ok(Box::new(FileAccess::open(path)?));
         }
-        Err("no way to the drive: --can PORT, --port PATH or --file FILE is needed".to_owned())
+        Err(Failed::Given(
+            "no way to the drive: --can PORT, --port PATH or --file FILE is needed".to_owned(),
+        ))
     }
 }
