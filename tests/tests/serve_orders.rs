@@ -107,6 +107,50 @@ fn orders_act_and_the_status_tells() {
 }
 
 #[test]
+fn a_recording_is_saved_while_the_drive_goes_on() {
+    let csv = Scratch::new("with spaces.csv");
+    let mut drive = Serving::new(&[]);
+    for order in [
+        "scope channels U-DC,N-ACT",
+        "scope depth 200",
+        "scope pre 0",
+        "scope arm",
+    ] {
+        drive.order(order);
+    }
+    let mut told = String::new();
+    for _ in 0..500 {
+        drive.order("scope status");
+        told = drive.line();
+        if told == "scope done, 200 rows" {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    assert_eq!(told, "scope done, 200 rows");
+    drive.order(&format!("scope save {}", csv.0.display()));
+    assert_eq!(drive.line(), format!("200 rows in {}", csv.0.display()));
+    let kept = std::fs::read_to_string(&csv.0).expect("it is there when that is told");
+    let mut lines = kept.lines();
+    assert_eq!(lines.next(), Some("time_s,U-DC V,N-ACT 1/min"));
+    // A millisecond from row to row, whatever else the process did.
+    let times: Vec<f64> = lines
+        .map(|line| {
+            line.split(',')
+                .next()
+                .and_then(|time| time.parse().ok())
+                .expect("a time")
+        })
+        .collect();
+    assert_eq!(times.len(), 200);
+    assert!(
+        times.windows(2).all(|pair| (pair[1] - pair[0] - 0.001).abs() < 1e-9),
+        "{times:?}"
+    );
+    drive.becomes("C0183 = 125, fault none");
+}
+
+#[test]
 fn what_the_fault_memory_holds_survives_a_restart() {
     let state = Scratch::new("toml");
     let arguments = ["--state".as_ref(), state.0.as_os_str()];

@@ -10,16 +10,20 @@
 //! | `scope arm` | start with these settings; what was recorded before is gone |
 //! | `scope stop` | end the recording with what there is |
 //! | `scope status` | one line |
-//! | `scope save FILE` | write the recording: `.csv`, `.parquet` or `.svg` |
+//! | `scope save FILE` | write the recording: `.csv`, `.parquet`, `.svg` or `.png`; a line tells when it is done |
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::thread::{self, JoinHandle};
 
 use lenze9300_model::device::Drive;
+use lenze9300_model::picture;
 use lenze9300_model::scope::{Depth, Edge, Scope, ScopeConfig, ScopeState, Trigger};
 use lenze9300_model::signal::Signal;
+use lenze9300_model::table::Table;
+
+use crate::provisional::Provisional;
 
 /// An order to the oscilloscope.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,6 +44,8 @@ pub(crate) enum ScopeOrder {
 pub(crate) struct ScopeDesk {
     config: ScopeConfig,
     scope: Option<Scope>,
+    /// A recording that is being written.
+    saving: Option<JoinHandle<Result<String, String>>>,
 }
 
 impl Default for ScopeDesk {
@@ -48,6 +54,7 @@ impl Default for ScopeDesk {
         Self {
             config: ScopeConfig::original([Signal::PosNout, Signal::MctrlNact]),
             scope: None,
+            saving: None,
         }
     }
 }
@@ -81,7 +88,7 @@ impl ScopeDesk {
                 }
             }
             ScopeOrder::Status => return Ok(Some(self.status())),
-            ScopeOrder::Save(path) => return self.save(&path).map(Some),
+            ScopeOrder::Save(path) => self.save(path)?,
         }
         Ok(None)
     }
@@ -101,35 +108,67 @@ impl ScopeDesk {
         }
     }
 
-    fn save(&self, path: &Path) -> Result<String, String> {
+    /// Begins to write the recording, in a thread of its own: the drive's milliseconds wait for no disk.
+    fn save(&mut self, path: PathBuf) -> Result<(), String> {
         let Some(scope) = &self.scope else {
             return Err("there is no recording to save; `scope arm` starts one".to_owned());
         };
+        if self.saving.is_some() {
+            return Err("the recording before is still being written; ask again when that is told".to_owned());
+        }
+        let format = Format::of(&path)?;
         let table = scope.recording().table();
-        let extension = path
-            .extension()
-            .and_then(|extension| extension.to_str())
-            .unwrap_or_default();
-        let cannot = |error: io::Error| format!("{} cannot be written: {error}", path.display());
-        let open = || File::create(path).map(BufWriter::new).map_err(cannot);
-        match extension.to_ascii_lowercase().as_str() {
-            "csv" => table.write_csv(&mut open()?).map_err(cannot)?,
-            "parquet" => table.write_parquet(&mut open()?).map_err(cannot)?,
-            "svg" => {
+        let file = Provisional::create(&path)?;
+        self.saving = Some(thread::spawn(move || {
+            format.write(&table, &path, file)?;
+            Ok(format!("{} rows in {}", table.rows(), path.display()))
+        }));
+        Ok(())
+    }
+
+    /// What became of the recording that was being written, once.
+    pub(crate) fn poll_saved(&mut self) -> Option<Result<String, String>> {
+        let saved = self.saving.take_if(|saving| saving.is_finished())?;
+        Some(
+            saved
+                .join()
+                .unwrap_or_else(|_| Err("the recording could not be written".to_owned())),
+        )
+    }
+}
+
+/// What a recording is written as.
+#[derive(Debug, Clone, Copy)]
+enum Format {
+    Csv,
+    Parquet,
+    Picture,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self, String> {
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        match extension.unwrap_or_default().to_ascii_lowercase().as_str() {
+            "csv" => Ok(Self::Csv),
+            "parquet" => Ok(Self::Parquet),
+            "svg" | "png" => Ok(Self::Picture),
+            _ => Err(format!(
+                "scope save {}: the name must end in .csv, .parquet, .svg or .png",
+                path.display()
+            )),
+        }
+    }
+
+    fn write(self, table: &Table, path: &Path, file: Provisional) -> Result<(), String> {
+        match self {
+            Self::Csv => file.keep(|out| table.write_csv(out)),
+            Self::Parquet => file.keep(|out| table.write_parquet(out)),
+            Self::Picture => {
                 let svg = table.draw_svg("Oscilloscope").map_err(|error| error.to_string())?;
-                let mut out = open()?;
-                out.write_all(svg.as_bytes())
-                    .and_then(|()| out.flush())
-                    .map_err(cannot)?;
-            }
-            _ => {
-                return Err(format!(
-                    "scope save {}: the name must end in .csv, .parquet or .svg",
-                    path.display()
-                ));
+                let octets = picture::for_file(path, &svg).map_err(|error| error.to_string())?;
+                file.keep(|out| out.write_all(&octets))
             }
         }
-        Ok(format!("{} rows in {}", table.rows(), path.display()))
     }
 }
 
@@ -138,6 +177,10 @@ impl FromStr for ScopeOrder {
 
     /// The words behind `scope`.
     fn from_str(line: &str) -> Result<Self, String> {
+        // A name may have spaces.
+        if let Some(path) = line.trim().strip_prefix("save ") {
+            return Ok(Self::Save(path.trim().into()));
+        }
         let words: Vec<&str> = line.split_whitespace().collect();
         let signal = |name: &str| name.parse::<Signal>().map_err(|error| error.to_string());
         match words[..] {
@@ -168,7 +211,6 @@ impl FromStr for ScopeOrder {
             ["arm"] => Ok(Self::Arm),
             ["stop"] => Ok(Self::Stop),
             ["status"] => Ok(Self::Status),
-            ["save", path] => Ok(Self::Save(path.into())),
             _ => Err(format!("`scope {}` is no order; there are {HELP}", line.trim())),
         }
     }
@@ -227,15 +269,26 @@ mod tests {
             ("csv", "time_s,N-ACT 1/min,U-DC V\n-0.04,"),
             ("parquet", "PAR1"),
             ("svg", "<svg "),
+            ("png", "PNG"),
         ] {
-            let path = folder.join(format!("r.{extension}"));
-            let told = order(&mut desk, &format!("save {}", path.display())).expect("it can be saved");
-            assert_eq!(told, Some(format!("100 rows in {}", path.display())));
+            let path = folder.join(format!("a recording.{extension}"));
+            assert_eq!(order(&mut desk, &format!("save {}", path.display())), Ok(None));
+            let busy = order(&mut desk, &format!("save {}", path.display()));
+            assert!(busy.is_err_and(|why| why.contains("still being written")));
+            let told = loop {
+                if let Some(told) = desk.poll_saved() {
+                    break told;
+                }
+                thread::yield_now();
+            };
+            assert_eq!(told, Ok(format!("100 rows in {}", path.display())));
             let octets = std::fs::read(&path).expect("the file is there");
+            // A PNG begins with an octet that is no text.
+            let octets = octets.strip_prefix(b"\x89").unwrap_or(&octets);
             assert!(octets.starts_with(begins.as_bytes()), "{extension}");
         }
         let told = order(&mut desk, &format!("save {}", folder.join("r.txt").display())).expect_err("no such format");
-        assert!(told.contains(".csv, .parquet or .svg"), "{told}");
+        assert!(told.contains(".csv, .parquet, .svg or .png"), "{told}");
         std::fs::remove_dir_all(&folder).expect("it goes again");
     }
 

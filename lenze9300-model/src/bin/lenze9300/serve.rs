@@ -267,6 +267,11 @@ impl Machine {
     }
 
     fn follow_orders(&mut self) -> Result<(), String> {
+        match self.scope.poll_saved() {
+            Some(Ok(told)) => announce(&told)?,
+            Some(Err(sentence)) => note(&sentence),
+            None => {}
+        }
         while let Ok(line) = self.orders.try_recv() {
             if line.trim().is_empty() {
                 continue;
