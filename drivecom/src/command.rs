@@ -168,12 +168,6 @@ impl CommandSet {
         self.0 & other.0 != 0
     }
 
-    /// Whether no command is in the set.
-    #[must_use]
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
     /// The commands of the set in the order of [`Command::ALL`].
     pub fn iter(self) -> impl Iterator<Item = Command> {
         Command::ALL.into_iter().filter(move |command| self.contains(*command))
@@ -263,5 +257,14 @@ mod tests {
                 "{command}"
             );
         }
+    }
+
+    #[test]
+    fn a_set_shows_its_commands() {
+        assert_eq!(
+            format!("{:?}", CommandSet::of(&[EnableOperation, SwitchOn])),
+            "{SwitchOn, EnableOperation}"
+        );
+        assert_eq!(format!("{:?}", CommandSet::NONE), "{}");
     }
 }

@@ -43,15 +43,6 @@ impl FixedPoint {
         self.0
     }
 
-    /// A whole number; `None` outside −214748…214748.
-    #[must_use]
-    pub const fn from_integer(units: i32) -> Option<Self> {
-        match units.checked_mul(Self::SCALE) {
-            Some(raw) => Some(Self(raw)),
-            None => None,
-        }
-    }
-
     /// The nearest value to `units`, halves away from zero; `None` when it does not fit or is no number.
     #[must_use]
     pub fn from_f64(units: f64) -> Option<Self> {
@@ -70,24 +61,6 @@ impl FixedPoint {
     #[must_use]
     pub fn to_f64(self) -> f64 {
         f64::from(self.0) / f64::from(Self::SCALE)
-    }
-
-    /// The sum; `None` when it does not fit.
-    #[must_use]
-    pub const fn checked_add(self, other: Self) -> Option<Self> {
-        match self.0.checked_add(other.0) {
-            Some(raw) => Some(Self(raw)),
-            None => None,
-        }
-    }
-
-    /// The difference; `None` when it does not fit.
-    #[must_use]
-    pub const fn checked_sub(self, other: Self) -> Option<Self> {
-        match self.0.checked_sub(other.0) {
-            Some(raw) => Some(Self(raw)),
-            None => None,
-        }
     }
 }
 
@@ -246,7 +219,15 @@ mod tests {
         assert_eq!(FixedPoint::from_f64(214_748.364_8), None);
         assert_eq!(FixedPoint::from_f64(f64::NAN), None);
         assert_eq!(FixedPoint::from_f64(f64::INFINITY), None);
-        assert_eq!(FixedPoint::from_integer(214_749), None);
+        // Halfway beyond the ends goes away from zero, and out of the range.
+        assert_eq!(FixedPoint::from_f64(214_748.364_75), None);
+        assert_eq!(FixedPoint::from_f64(-214_748.364_85), None);
+    }
+
+    #[test]
+    fn only_what_is_below_zero_has_a_minus() {
+        assert_eq!(FixedPoint::ZERO.to_string(), "0.0000");
+        assert_eq!(FixedPoint::from_raw(-1).to_string(), "-0.0001");
     }
 
     proptest! {

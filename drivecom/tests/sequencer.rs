@@ -109,6 +109,7 @@ fn a_reset_that_did_not_help_ends_and_a_second_one_makes_a_new_edge() {
     // Asked again while the bit is still high: it goes low first.
     pair.master.request_fault_reset();
     assert_eq!(bits(&mut pair, 2), [false, true]);
+    assert!(pair.master.is_resetting());
     pair.master.request_fault_reset();
     pair.conditions.fault_cause_gone = true;
     assert_eq!(bits(&mut pair, 2), [false, true]);
