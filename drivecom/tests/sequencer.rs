@@ -177,3 +177,26 @@ fn progress_tells_why_nothing_moves() {
     assert_eq!(progress(0x0208), Progress::Faulted);
     assert_eq!(progress(0x0205), Progress::UnknownState);
 }
+
+#[test]
+fn switched_on_is_reached_from_above_without_going_lower() {
+    // "Inhibit operation" leads there at once (transition 5, 9300 facts 2.3); "shutdown" would go one state lower.
+    let mut pair = Pair::new();
+    pair.run(Target::OperationEnabled, 8);
+    for _ in 0..8 {
+        pair.cycle(Target::SwitchedOn);
+        assert_ne!(pair.drive.state(), State::ReadyToSwitchOn);
+    }
+    assert_eq!(pair.drive.state(), State::SwitchedOn);
+}
+
+#[test]
+fn a_quick_stop_under_way_is_commanded_on() {
+    // Bit 2 stays low (9300 facts 2.3): the status word shows the ramp as commanded until it has ended.
+    let mut sequencer = Sequencer::new();
+    for target in [Target::Ready, Target::SwitchedOn, Target::OperationEnabled] {
+        let word = sequencer.step(target, StatusWord(0x0217));
+        assert_eq!(StatusWord(0x0217).state(), Some(State::QuickStopActive));
+        assert!(word.enable_voltage() && !word.not_quick_stop(), "{target:?}: {word:?}");
+    }
+}
