@@ -207,6 +207,12 @@ mod tests {
     }
 
     #[test]
+    fn a_set_shows_its_states() {
+        let set = StateSet::of(&[State::Fault, State::SwitchedOn]);
+        assert_eq!(format!("{set:?}"), "{SwitchedOn, Fault}");
+    }
+
+    #[test]
     fn a_pattern_has_no_value_outside_its_mask() {
         for state in State::ALL {
             assert_eq!(state.pattern().value & !state.pattern().mask, 0, "{state}");

@@ -398,6 +398,15 @@ mod tests {
     }
 
     #[test]
+    fn a_row_prints_its_number_or_its_name() {
+        assert_eq!(TransitionId::Profile(13).to_string(), "13");
+        assert_eq!(
+            TransitionId::Drive(DriveMove::Undervoltage).to_string(),
+            DriveMove::Undervoltage.name()
+        );
+    }
+
+    #[test]
     fn a_trigger_prints_its_commands_and_its_event() {
         assert_eq!(TRANSITIONS[2].trigger.to_string(), "shutdown");
         assert_eq!(TRANSITIONS[7].trigger.to_string(), "quick stop | disable voltage");

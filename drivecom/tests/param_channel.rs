@@ -413,6 +413,28 @@ fn a_silent_drive_ends_in_a_timeout_counted_in_cycles() {
 }
 
 #[test]
+fn after_two_silent_timeouts_the_handshake_is_laid_down_for_the_cycles_of_the_option() {
+    for clearing_cycles in [1, 4] {
+        let mut client = Client::new(ClientOptions {
+            timeout_cycles: 5,
+            clearing_cycles,
+            ..ClientOptions::default()
+        });
+        let (first, second) = (read(1204), read(1202));
+        client.request(first).unwrap();
+        while client.poll_result().is_none() {
+            client.step(&Frame::EMPTY);
+        }
+        client.request(second).unwrap();
+        let sent: Vec<_> = (0..20).map(|_| client.step(&Frame::EMPTY)).collect();
+        let laid_down = sent.iter().filter(|frame| **frame == Frame::EMPTY).count();
+        assert_eq!(laid_down, clearing_cycles as usize, "{sent:?}");
+        let begins = sent.iter().position(|frame| *frame == second.request(true)).unwrap();
+        assert!(sent[..begins].ends_with(&vec![Frame::EMPTY; laid_down]), "{sent:?}");
+    }
+}
+
+#[test]
 fn after_a_timeout_a_late_answer_is_not_taken_for_the_next_job() {
     let mut chain = Chain::new(ServerOptions::default(), 30);
     let first = Job::write(code(1301), Subcode(1), 1);
@@ -486,6 +508,21 @@ fn a_drive_without_echo_is_recognised_by_its_second_answer() {
     assert_eq!(chain.done.len(), 2, "the first answer could have been a standing one");
     assert_eq!(chain.ask(job), Ok(Reply::Done { job, value: 1_790_708 }));
     assert_eq!(chain.done.len(), 3, "from then on each job once");
+}
+
+#[test]
+fn where_the_echo_is_required_a_drive_without_it_is_never_believed() {
+    let mut chain = Chain::new(ServerOptions::default(), 1);
+    chain.echoes = false;
+    chain.client = Client::new(ClientOptions {
+        echo: EchoRule::Required,
+        ..ClientOptions::default()
+    });
+    let result = chain.ask(read(1204));
+    assert!(
+        matches!(result, Err(RequestError::NotDelivered { attempts: 3, .. })),
+        "{result:?}"
+    );
 }
 
 #[test]

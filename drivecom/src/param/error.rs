@@ -161,6 +161,14 @@ impl core::error::Error for ErrorCode {}
 mod tests {
     use super::*;
 
+    // Source: 9300 facts 3.3.
+    #[test]
+    fn a_listed_error_has_a_text_and_another_has_none() {
+        assert_eq!(ErrorCode::new(0x08, 0x00, 0x0031).text(), Some("value too high"));
+        assert_eq!(ErrorCode::new(0x08, 0x00, 0x0099).text(), None);
+        assert_eq!(ErrorCode::TOO_HIGH.to_string(), "value too high (0x08 0x00 0x0031)");
+    }
+
     // Source: 9300 facts 3.3, typed row by row; rows 0x33, 0x34, 0x35 share one line there.
     #[test]
     fn the_table_is_that_of_the_fact_sheet() {

@@ -204,6 +204,15 @@ mod tests {
     }
 
     #[test]
+    fn octets_become_a_frame_and_the_same_octets_again() {
+        let octets = [0x32, 0x01, 0x5F, 0xD8, 0x00, 0x16, 0xF3, 0x00];
+        let frame = Frame::from(octets);
+        assert_eq!(frame, Frame(octets));
+        assert_eq!(<[u8; 8]>::from(frame), octets);
+        assert_eq!(format!("{frame:?}"), "Frame(32 01 5F D8 00 16 F3 00)");
+    }
+
+    #[test]
     fn a_read_of_four_octets_is_0x31_and_0x71() {
         let service = Service::new(Service::READ, DataLength::Four);
         assert_eq!(service, Service(0x31));

@@ -392,6 +392,37 @@ mod tests {
     }
 
     #[test]
+    fn values_of_every_format_are_read_and_those_behind_them_found() {
+        // 9300 fact sheet, section 7: format 41 an octet, 42 a word, 43 a double word, 40 nothing. Parameters first, then values.
+        let parameter = [0x10, 0x01, 0x5A, 0xEA, 0x00, 0x01];
+        let mut write = vec![0x01, 0x02, 0x00, 0x04];
+        for _ in 0..4 {
+            write.extend(parameter);
+        }
+        write.extend([0x41, 0x01, 0x7B]);
+        write.extend([0x40, 0x00]);
+        write.extend([0x42, 0x01, 0x12, 0x34]);
+        write.extend([0x43, 0x01, 0x00, 0xB7, 0x1B, 0x00]);
+        let request = RecordRequest::parse(&write).unwrap();
+        let job = |length, value| RecordJob::Write {
+            code: CodeNumber::new(1301).unwrap(),
+            subcode: Subcode(1),
+            length,
+            value,
+        };
+        let jobs: Vec<_> = request.jobs().collect();
+        assert_eq!(
+            jobs,
+            [
+                job(DataLength::One, 0x7B),
+                RecordJob::Refused(RecordError::DATA_TYPE),
+                job(DataLength::Two, 0x1234),
+                job(DataLength::Four, 12_000_000),
+            ]
+        );
+    }
+
+    #[test]
     fn what_the_drive_does_not_know_is_refused_one_by_one() {
         for (place, octet, error) in [
             (4, 0x20, RecordError::ATTRIBUTE),

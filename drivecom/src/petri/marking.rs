@@ -165,6 +165,15 @@ mod tests {
     }
 
     #[test]
+    fn sets_of_places_are_joined_and_shown() {
+        let (left, right) = (Places::of(&[1, 10]), Places::of(&[2, 10]));
+        assert_eq!(left.union(right), Places::of(&[1, 2, 10]));
+        assert_eq!(left.bits(), 0b010_0000_0001);
+        assert_eq!(format!("{left:?}"), "{1, 10}");
+        assert_eq!(format!("{:?}", Marking::new(left)), "10000000010 {1, 10}");
+    }
+
+    #[test]
     fn numbers_that_name_no_place_are_left_out() {
         assert!(Places::of(&[0, 12, 255]).is_empty());
         assert!(!Marking::from_bits(0xFFFF).holds(0));

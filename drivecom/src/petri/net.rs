@@ -109,12 +109,6 @@ impl Firing {
     pub fn iter(self) -> impl Iterator<Item = u8> {
         (1..=16).filter(move |n| self.fired(*n))
     }
-
-    /// The set as bits, T*n* at bit *n* − 1.
-    #[must_use]
-    pub const fn bits(self) -> u16 {
-        self.0
-    }
 }
 
 /// A net: transitions in the order in which a cycle tests them.
