@@ -4,139 +4,54 @@ use std::f64::consts::PI;
 
 use dp_master::dp::Mode;
 use dp_master::time::Baud;
-use drivecom::State;
 use film_feed::rig::{Rig, RigConfig, TickObserver, TickView};
-use lenze9300_model::Pulses;
 use lenze9300_model::bus::dp::{Emf2133, Emf2133Config};
 use lenze9300_model::device::Fault;
-use lenze9300_model::traverse::TraverseEvent;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use system_tests::safety_monitor::{REACTION_TICKS, SafetyMonitor, SafetyRule};
 use system_tests::{MILLISECOND, SECOND, powered_up, ready, start_feed};
-
-/// Watches each tick and keeps the first broken rule.
-#[derive(Debug, Default)]
-struct Guard {
-    /// A start edge was taken, or manual mode was asked for at the drive: from here on the axis may move.
-    asked: bool,
-    last_state: Option<State>,
-    ticks: u64,
-    torque_ticks: u64,
-    broken: Option<String>,
-    /// For how many ticks a reason to be without torque has held.
-    unsafe_ticks: u64,
-}
-
-/// Ticks between a level at the terminals or in the module and the output stage: terminal 28 and AIF are sampled by the
-/// next 1 ms task (9300 fact sheet, section 2.5), eight ticks of 125 µs.
-const REACTION_TICKS: u64 = 8;
-
-impl Guard {
-    fn check(&mut self, view: &mut TickView<'_>) -> Result<(), String> {
-        while let Some(event) = view.drive.poll_traverse_event() {
-            self.asked |= event == TraverseEvent::ProgramStarted;
-        }
-        let state = view.module.state();
-        self.asked |= state == State::OperationEnabled && view.module.control_word().manual();
-        let sample = *view.drive.axis().sample();
-
-        // Torque only in states whose power stage is on, only with terminal 28 high, and under no trip or message.
-        let powered = matches!(state, State::OperationEnabled | State::QuickStopActive);
-        let status = view.drive.status();
-        let allowed = powered && view.drive.terminals().x5_28 && status.trip.is_none() && !status.message;
-        self.unsafe_ticks = if allowed { 0 } else { self.unsafe_ticks + 1 };
-        let pulses = sample.pulses == Pulses::Enabled || sample.torque != 0.0;
-        if pulses && self.unsafe_ticks > REACTION_TICKS {
-            return Err(format!(
-                "torque {} Nm, pulses {:?} in {state:?} with terminal 28 {}",
-                sample.torque,
-                sample.pulses,
-                view.drive.terminals().x5_28
-            ));
-        }
-        self.torque_ticks += u64::from(pulses);
-
-        // The torque never exceeds what C0022 allows: 1.35 A · 0.778 Nm/A = 1.05 Nm (fact sheet, section 6). The current
-        // loop may overshoot its set-value (film-feed specification, section 4: less than 5 %).
-        if sample.torque.abs() > 1.05 * 1.05 {
-            return Err(format!("torque {} Nm", sample.torque));
-        }
-        // Nothing moves before it was asked for: the standing axis stays within an increment or two of the resolver.
-        let moved_mm = view.film.position_mm();
-        if !self.asked && moved_mm.abs() > 2.0 * view.film.mm_per_increment() {
-            return Err(format!("{moved_mm} mm before the first start"));
-        }
-        // The state never skips a step upwards: enabled only out of switched on.
-        if state == State::OperationEnabled
-            && !matches!(
-                self.last_state,
-                None | Some(State::OperationEnabled | State::SwitchedOn)
-            )
-        {
-            return Err(format!("{:?} → {state:?}", self.last_state));
-        }
-        self.last_state = Some(state);
-        Ok(())
-    }
-}
-
-impl TickObserver for Guard {
-    fn tick(&mut self, view: &mut TickView<'_>) {
-        self.ticks += 1;
-        if self.broken.is_none()
-            && let Err(rule) = self.check(view)
-        {
-            self.broken = Some(format!("at {} ms: {rule}", view.now_ns / MILLISECOND));
-        }
-    }
-}
-
-fn watch(rig: &mut Rig, guard: &mut Guard, ns: u64) {
-    let end = rig.now_ns() + ns;
-    while rig.now_ns() < end {
-        rig.cycle(guard);
-    }
-}
 
 #[test]
 fn from_power_up_to_the_first_start_nothing_moves_and_torque_comes_only_with_operation_enabled() {
     let mut rig = powered_up(&RigConfig::default());
-    let mut guard = Guard::default();
-    watch(&mut rig, &mut guard, SECOND);
-    assert_eq!(guard.torque_ticks, 0, "without Freigabe there is no torque");
+    let mut guard = SafetyMonitor::default();
+    guard.watch(&mut rig, SECOND);
+    assert_eq!(guard.torque_ticks(), 0, "without Freigabe there is no torque");
     rig.inputs_mut().enable = true;
     rig.inputs_mut().distance = 12_000;
-    watch(&mut rig, &mut guard, 5 * SECOND);
-    assert!(rig.outputs().drive_ready && guard.torque_ticks > 0);
-    assert_eq!(guard.broken, None);
+    guard.watch(&mut rig, 5 * SECOND);
+    assert!(rig.outputs().drive_ready && guard.torque_ticks() > 0);
+    assert_eq!(guard.violation(), None);
     assert!(!guard.asked);
 }
 
 #[test]
 fn a_feed_stopped_by_terminal_28_has_no_torque_within_a_millisecond() {
     let mut rig = ready(&RigConfig::default());
-    let mut guard = Guard {
-        asked: true,
-        ..Guard::default()
-    };
-    start_feed(&mut rig);
-    watch(&mut rig, &mut guard, 500 * MILLISECOND);
-    let torque_ticks = guard.torque_ticks;
+    let mut guard = SafetyMonitor::of_a_moving_axis();
+    rig.inputs_mut().pos_start = true;
+    guard.watch(&mut rig, 500 * MILLISECOND);
+    let torque_ticks = guard.torque_ticks();
     rig.drive_mut().set_terminal_28(false);
-    watch(&mut rig, &mut guard, SECOND);
-    assert_eq!(guard.broken, None);
-    assert!(guard.torque_ticks <= torque_ticks + REACTION_TICKS);
+    guard.watch(&mut rig, SECOND);
+    assert_eq!(guard.violation(), None);
+    assert!(guard.torque_ticks() <= torque_ticks + REACTION_TICKS);
 }
 
 #[test]
 fn the_guard_rejects_a_film_that_moves_unasked() {
     // An oracle that accepts everything proves nothing. This one did not see the start.
     let mut rig = ready(&RigConfig::default());
-    let mut guard = Guard::default();
+    let mut guard = SafetyMonitor::default();
     start_feed(&mut rig);
     while rig.drive_mut().poll_traverse_event().is_some() {}
-    watch(&mut rig, &mut guard, 100 * MILLISECOND);
-    assert!(guard.broken.is_some_and(|rule| rule.contains("before the first start")));
+    guard.watch(&mut rig, 100 * MILLISECOND);
+    assert!(
+        guard
+            .violation()
+            .is_some_and(|broken| broken.rule == SafetyRule::StandsUntilAsked)
+    );
 }
 
 #[test]
@@ -144,7 +59,7 @@ fn the_guard_rejects_torque_in_a_state_without_it() {
     // The enabled drive, shown with a module that has just been switched on.
     let mut rig = ready(&RigConfig::default());
     let stranger = Emf2133::new(Emf2133Config::default(), Baud::B12000000).unwrap();
-    let mut guard = Guard::default();
+    let mut guard = SafetyMonitor::default();
     rig.cycle(&mut |view: &mut TickView<'_>| {
         guard.tick(&mut TickView {
             now_ns: view.now_ns,
@@ -154,7 +69,12 @@ fn the_guard_rejects_torque_in_a_state_without_it() {
             module: &stranger,
         });
     });
-    assert!(guard.broken.is_some_and(|rule| rule.contains("in NotReadyToSwitchOn")));
+    assert!(
+        guard
+            .violation()
+            .is_some_and(|broken| broken.rule == SafetyRule::TorqueOnlyWhenEnabled
+                && broken.values.contains("in NotReadyToSwitchOn"))
+    );
 }
 
 /// Something done to the machine.
@@ -227,15 +147,14 @@ fn no_sequence_of_hands_breaks_a_rule_and_the_line_keeps_its_own() {
     let outcome = runner.run(&sequence, |hands| {
         let mut rig = ready(&RigConfig::default());
         // A load pushes a standing axis: movement is judged only without one.
-        let mut guard = Guard {
-            asked: hands.iter().any(|(hand, _)| matches!(hand, Hand::Load(_))),
-            ..Guard::default()
-        };
+        let pushed = hands.iter().any(|(hand, _)| matches!(hand, Hand::Load(_)));
+        let mut guard = SafetyMonitor::default();
+        (guard.asked, guard.pushed) = (pushed, pushed);
         for (hand, ms) in hands {
             lay_on(&mut rig, hand);
-            watch(&mut rig, &mut guard, ms * MILLISECOND);
+            guard.watch(&mut rig, ms * MILLISECOND);
         }
-        prop_assert_eq!(guard.broken, None);
+        prop_assert_eq!(guard.violation(), None);
         prop_assert!(rig.line().violations().is_empty(), "{:?}", rig.line().violations());
         Ok(())
     });
