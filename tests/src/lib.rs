@@ -1,6 +1,7 @@
 //! What the system tests share: the rig brought into the states that tests start from, and oracles.
 
 pub mod interpolator_oracle;
+pub mod model_check;
 pub mod safety_monitor;
 
 use film_feed::operator::FeedPlan;
