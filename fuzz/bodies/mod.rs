@@ -8,6 +8,8 @@
     reason = "a panic is how these functions report what they found"
 )]
 
+pub(crate) mod block;
+pub(crate) mod can_messages;
 pub(crate) mod capture;
 pub(crate) mod decoder;
 pub(crate) mod gsd;
@@ -16,3 +18,4 @@ pub(crate) mod master;
 pub(crate) mod parameter_channel;
 pub(crate) mod slave;
 pub(crate) mod system_bus;
+pub(crate) mod toml_files;

@@ -107,8 +107,85 @@ fn the_corpus_of_the_system_bus_is_clean() {
     replay("system_bus", bodies::system_bus::run);
 }
 
+#[test]
+fn the_corpus_of_the_files_is_clean() {
+    replay("toml_files", bodies::toml_files::run);
+}
+
+#[test]
+fn the_corpus_of_the_block_is_clean() {
+    replay("block", bodies::block::run);
+}
+
+#[test]
+fn the_corpus_of_the_can_messages_is_clean() {
+    replay("can_messages", bodies::can_messages::run);
+}
+
+/// Lines of the four kinds of files, in any order and with anything between; the first octet is the kind.
+fn file_lines() -> impl Strategy<Value = Vec<u8>> {
+    let known = [
+        include_str!("../../docs/examples/machine.toml"),
+        include_str!("../../film-feed/catalogue/motors.toml"),
+        include_str!("../../lenze9300-model/programs/film-feed.toml"),
+        "[codes]\n\"C1301/1\" = 1200.0\nC0105 = 0.5\nC0011 = 4000\nC0086 = 1\n",
+    ];
+    let kinds: Vec<_> = (0_u8..).zip(known).collect();
+    prop::sample::select(kinds).prop_flat_map(|(kind, text)| {
+        let known: Vec<String> = text.lines().map(|line| format!("{line}\n")).collect();
+        let more = [
+            "= 1\n",
+            "x = 1e999\n",
+            "x = nan\n",
+            "[",
+            "\"",
+            "[[record]]\n",
+            "-1\n",
+            "ß = 1\n",
+        ];
+        let whole = known.len();
+        let other = prop::sample::select(more.map(str::to_owned).to_vec());
+        // Most of the file as it is, with a few lines changed.
+        let changes = prop::collection::vec((0..whole.max(1), prop_oneof![other, Just(String::new())]), 0..4);
+        changes.prop_map(move |changes| {
+            let mut lines = known.clone();
+            for (place, line) in changes {
+                lines[place] = line;
+            }
+            let mut octets = vec![kind];
+            octets.extend_from_slice(lines.concat().as_bytes());
+            octets
+        })
+    })
+}
+
+/// Lines of an adapter, whole and broken.
+fn adapter_lines() -> impl Strategy<Value = Vec<u8>> {
+    let piece = prop_oneof![
+        "t[0-9A-F]{3}[0-9]([0-9A-Fg]{2}){0,9}([0-9A-F]{4})?\r".prop_map(String::into_bytes),
+        "[rTRFzZ][0-9A-F]{0,12}[\r\x07]".prop_map(String::into_bytes),
+        prop::collection::vec(any::<u8>(), 0..40),
+    ];
+    prop::collection::vec(piece, 0..8).prop_map(|pieces| pieces.concat())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn any_text_is_read_as_a_file_or_told_with_its_lines(octets in file_lines()) {
+        bodies::toml_files::run(&octets);
+    }
+
+    #[test]
+    fn the_block_keeps_its_ranges_with_any_inputs(octets in prop::collection::vec(any::<u8>(), 0..1000)) {
+        bodies::block::run(&octets);
+    }
+
+    #[test]
+    fn any_adapter_and_any_node_are_understood_or_passed_over(octets in prop_oneof![adapter_lines(), octets(200)]) {
+        bodies::can_messages::run(&octets);
+    }
 
     #[test]
     fn any_stream_is_decoded_as_the_rules_say(octets in octets(300)) {

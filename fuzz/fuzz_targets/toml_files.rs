@@ -1,0 +1,7 @@
+//! See `bodies/toml_files.rs`.
+#![no_main]
+
+#[path = "../bodies/mod.rs"]
+mod bodies;
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| bodies::toml_files::run(data));
