@@ -149,7 +149,13 @@ fn the_whole_job(way: &[&str], scratch: &Scratch) {
     // What is refused is told with the code, and is no success.
     let output = run(&["read", "C0012", "C9998"]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(told(&output).contains("C9998"), "{}", told(&output));
+    assert!(
+        told(&output).contains("20.00") && !told(&output).contains("C9998"),
+        "{}",
+        told(&output)
+    );
+    let complaint = complained(&output);
+    assert!(complaint.contains("C9998 could not be read: "), "{complaint}");
     let output = run(&["write", "C0061=20", "C0012=21"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(
@@ -342,9 +348,9 @@ fn codes_over_profibus_beside_nobody() {
     let output = run(&["read", "C9998"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(
-        told(&output).contains("the drive has no such code"),
+        complained(&output).contains("the drive has no such code"),
         "{}",
-        told(&output)
+        complained(&output)
     );
     let output = lenze9300(&["param", "read", "C0012", "--port", &line, "--address", "9"]);
     assert_eq!(output.status.code(), Some(1));
@@ -362,9 +368,19 @@ fn codes_in_a_file() {
     // Refusals speak the code's own unit: 0 to 999.9 s (9300 facts 4.4).
     let output = lenze9300(&["param", "write", "C0105=1000", "--file", &file]);
     assert_eq!(output.status.code(), Some(1));
-    assert_eq!(told(&output), "C0105      1000.000 s is above 999.900 s\n");
+    assert_eq!(told(&output), "");
+    let complaint = complained(&output);
+    assert!(
+        complaint
+            .contains("C0105 does not take 1000.000 s: 1000.000 s is above 999.900 s; allowed is 0.000…999.900 s\n"),
+        "{complaint}"
+    );
     let output = lenze9300(&["param", "read", "C9998", "--file", &file]);
-    assert_eq!(told(&output), "C9998      does not exist\n");
+    assert_eq!(told(&output), "");
+    assert_eq!(
+        complained(&output),
+        "lenze9300: C9998 could not be read: does not exist\n"
+    );
 
     let output = lenze9300(&["param", "list", "--file", &file]);
     assert!(
@@ -432,4 +448,17 @@ fn mistakes_are_told_in_one_sentence_before_anything_is_touched() {
         assert!(output.stdout.is_empty(), "{arguments:?}");
     }
     assert!(!std::path::Path::new(&target).exists(), "nothing was written");
+}
+
+#[test]
+fn the_help_of_every_command_tells_the_exit_codes() {
+    for command in [
+        "serve", "param", "monitor", "scope", "program", "signals", "step", "bode",
+    ] {
+        let output = lenze9300(&[command, "--help"]);
+        assert_eq!(output.status.code(), Some(0));
+        for code in ["0  it is done", "1  it ran and did not work out", "2  used wrongly"] {
+            assert!(told(&output).contains(code), "{command}: {}", told(&output));
+        }
+    }
 }

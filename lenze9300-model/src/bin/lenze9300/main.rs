@@ -23,11 +23,11 @@ use std::process::ExitCode;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
-use outcome::{Done, Failed};
+use outcome::{Done, EXIT_CODES, Failed};
 
 /// A modelled Lenze 9300 servo position controller with its PROFIBUS module.
 #[derive(Debug, Parser)]
-#[command(name = "lenze9300", version)]
+#[command(name = "lenze9300", version, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -36,20 +36,28 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Answer a DP master on a serial line or a pseudo-terminal, and clients on the CAN system bus, in real time.
+    #[command(after_help = EXIT_CODES)]
     Serve(serve::ServeArgs),
     /// Read, write, list, save, load and compare the codes of a drive, over CAN, PROFIBUS DP-V1 or in a file.
+    #[command(after_help = EXIT_CODES)]
     Param(param::ParamArgs),
     /// Show state, fault and values of a running drive.
+    #[command(after_help = EXIT_CODES)]
     Monitor(monitor::MonitorArgs),
     /// Record values of a running drive into a file.
+    #[command(after_help = EXIT_CODES)]
     Scope(scope::ScopeArgs),
     /// Check a traversing program, or bring its codes into a drive.
+    #[command(after_help = EXIT_CODES)]
     Program(program::ProgramArgs),
     /// List the signals that can be recorded, with unit and meaning.
+    #[command(after_help = EXIT_CODES)]
     Signals(signals::SignalsArgs),
     /// Let a control loop answer a small step of its set-value: rise, overshoot, settling, margins.
+    #[command(after_help = EXIT_CODES)]
     Step(step::StepArgs),
     /// Frequency response of an open control loop: crossover and margins.
+    #[command(after_help = EXIT_CODES)]
     Bode(bode::BodeArgs),
 }
 

@@ -36,6 +36,12 @@ impl From<AccessError> for Failed {
     }
 }
 
+/// Stands below the help of every command.
+pub(crate) const EXIT_CODES: &str = "Exit codes:
+  0  it is done
+  1  it ran and did not work out: the drive gives no answer or refuses, something differs, a loop is unstable
+  2  used wrongly: an argument, a file or a port that is not as it must be";
+
 /// Lines on standard output. Whoever closed the pipe has read enough.
 pub(crate) fn say(text: &str) -> Result<(), String> {
     let mut out = io::stdout().lock();

@@ -8,7 +8,8 @@ use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use lenze9300_model::access::{AccessError, CodePlace, ParameterAccess};
 use lenze9300_model::code::{
-    CODE_TABLE, CodeStore, Inhibit, Kind, read_parameter_file, read_parameter_settings, write_parameter_file,
+    CODE_TABLE, CodeEntry, CodeStore, Domain, Inhibit, Kind, read_parameter_file, read_parameter_settings,
+    write_parameter_file,
 };
 use serde::Serialize;
 
@@ -129,12 +130,11 @@ impl Row {
         }
     }
 
-    fn line(&self) -> String {
+    /// A line of the table; a refusal is none, it is told on standard error.
+    fn line(&self) -> Option<String> {
         let place = CodePlace::new(self.code, self.subcode);
-        match (&self.value, &self.error) {
-            (Some(value), _) => format!("{place:<10} {value:>14} {:<10} {}", self.unit, self.meaning),
-            (None, error) => format!("{place:<10} {}", error.as_deref().unwrap_or("–")),
-        }
+        let value = self.value.as_ref()?;
+        Some(format!("{place:<10} {value:>14} {:<10} {}", self.unit, self.meaning))
     }
 }
 
@@ -167,13 +167,8 @@ pub(crate) fn param(args: &ParamArgs) -> Result<Done, Failed> {
 
 fn read(access: &mut impl ParameterAccess, codes: &[CodePlace], json: bool) -> Result<Done, Failed> {
     let rows = rows(access, codes)?;
-    let done = if rows.iter().all(|row| row.error.is_none()) {
-        Done::Yes
-    } else {
-        Done::No
-    };
     print(&rows, json)?;
-    Ok(done)
+    Ok(tell_unread(&rows))
 }
 
 /// Reads codes; a refusal becomes part of the row.
@@ -223,6 +218,17 @@ fn write(access: &mut impl ParameterAccess, settings: &[Setting], store: bool, j
     print(&rows, json)?;
     if done == Done::No {
         let left = settings.len() - rows.len();
+        if let Some((Setting { place, raw }, row)) = settings.iter().zip(&rows).next_back() {
+            let allowed = place
+                .entry()
+                .filter(|entry| entry.kind != Kind::Display)
+                .map_or(String::new(), |entry| format!("; allowed is {}", allowed(entry)));
+            eprintln!(
+                "lenze9300: {place} does not take {}: {}{allowed}",
+                place.show(*raw),
+                row.error.as_deref().unwrap_or_default()
+            );
+        }
         eprintln!(
             "lenze9300: {} of {} codes written, {left} not tried",
             rows.len() - 1,
@@ -406,8 +412,22 @@ fn print(rows: &[Row], json: bool) -> Result<(), String> {
     if json {
         return print_json(rows);
     }
-    let lines: Vec<_> = rows.iter().map(Row::line).collect();
+    let lines: Vec<_> = rows.iter().filter_map(Row::line).collect();
+    if lines.is_empty() {
+        return Ok(());
+    }
     say(&lines.join("\n"))
+}
+
+/// What a code takes, in its own unit: `0.000…999.900 s`, `0 or 108`.
+fn allowed(entry: &CodeEntry) -> String {
+    match entry.domain {
+        Domain::Range { min, max, .. } => format!("{}…{}", entry.decimal(min), entry.show(max)),
+        Domain::Selection(values) => {
+            let shown: Vec<_> = values.iter().map(|value| entry.decimal(*value)).collect();
+            shown.join(" or ")
+        }
+    }
 }
 
 fn print_json<T: Serialize + ?Sized>(rows: &T) -> Result<(), String> {
