@@ -79,8 +79,10 @@ mod tests {
 
     #[test]
     fn a_percentage_beyond_the_word_is_refused() {
-        // −32768.5 counts are the last before the range; halves go away from zero.
-        for percent in [200.0, -200.01, -32_768.5 / 163.84, f64::INFINITY, f64::NEG_INFINITY] {
+        // Halves go away from zero, so these two are the first on either side that miss the word; both exact in binary.
+        let half_above = 32_767.5 / 16_384.0 * 100.0;
+        let half_below = -32_768.5 / 163.84;
+        for percent in [200.0, -200.01, half_above, half_below, f64::INFINITY, f64::NEG_INFINITY] {
             assert_eq!(raw_from_percent(percent), Err(PercentOutOfRange { percent }));
         }
         assert!(raw_from_percent(f64::NAN).is_err());

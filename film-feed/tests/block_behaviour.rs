@@ -103,7 +103,10 @@ fn the_seven_telegrams_go_round_for_ever_and_their_handshake_alternates_from_rou
     assert_eq!(served(&bench), ROUND.repeat(4));
     for (index, request) in bench.drive.served.iter().enumerate() {
         // Seven is odd: with handshake 1 first, telegram n of round r has handshake 1 if n + r is even.
-        assert_eq!(request.handshake(), (index % 7 + index / 7) % 2 == 0, "request {index}");
+        let handshake = (index % 7 + index / 7) % 2 == 0;
+        // Section 3: 0x31 reads and 0x32 writes four octets, bit 6 is the handshake.
+        let service = if index % 7 < 4 { 0x32 } else { 0x31 } | if handshake { 0x40 } else { 0 };
+        assert_eq!(request.service, service, "request {index}");
     }
 }
 
@@ -170,6 +173,11 @@ fn parameter_data_is_read_before_it_is_written_and_not_exchanged_under_error_res
     assert_eq!(bench.drive.request, request);
     assert!(bench.drive.answer.handshake());
     assert_eq!(bench.block.parameter_received(), ParameterTelegram::default());
+    bench.inputs.error_reset = false;
+    bench.step();
+    assert_eq!(bench.block.parameter_received(), bench.drive.answer);
+    assert_eq!(bench.block.parameter_sent(), bench.drive.request);
+    assert_ne!(bench.drive.answer, ParameterTelegram::default());
 }
 
 /// Point 7.
@@ -333,6 +341,7 @@ fn switch_on_follows_ready_or_fault_and_a_start_held_at_power_up_makes_no_edge()
         bench.step();
         assert_eq!(bench.control(0), status & 0x0009 != 0, "status {status:#06x}");
         assert!([1, 2, 4].iter().all(|bit| bench.control(*bit)));
+        assert_eq!(bench.block.control_word(), bench.drive.control);
     }
     let mut bench = Bench::new();
     bench.inputs.pos_start = true;

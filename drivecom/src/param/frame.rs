@@ -220,6 +220,13 @@ mod tests {
         assert_eq!(service.with_handshake(true).with_handshake(false), service);
     }
 
+    #[test]
+    fn a_bit_that_is_set_already_stays_set() {
+        assert_eq!(Service(0x71).with_handshake(true), Service(0x71));
+        assert_eq!(Service(0xB0).with_error(true), Service(0xB0));
+        assert_eq!(Service(0xB0).with_error(false), Service(0x30));
+    }
+
     // Source: 9300 facts 3.3, the example answer.
     #[test]
     fn an_error_answer_is_recognised_by_bit_7_alone() {

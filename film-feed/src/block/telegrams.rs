@@ -195,4 +195,19 @@ mod tests {
         assert_eq!(telegrams.at(Telegrams::FIRST + 56), None);
         assert_eq!(telegrams.at(0), None);
     }
+
+    // Film-feed specification, section 3: 0x31 reads, 0x32 writes, bit 6 is the handshake.
+    #[test]
+    fn a_service_reads_or_writes_whatever_its_handshake() {
+        for handshake in [0x00, 0x40] {
+            for (service, read, write) in [(0x31, true, false), (0x32, false, true)] {
+                let telegram = ParameterTelegram {
+                    service: service | handshake,
+                    ..ParameterTelegram::default()
+                };
+                assert_eq!((telegram.is_read(), telegram.is_write()), (read, write));
+                assert_eq!(telegram.handshake(), handshake != 0);
+            }
+        }
+    }
 }
