@@ -87,7 +87,11 @@ pub struct Rig {
     module_port: PortId,
     master: DpMaster<1>,
     slave: SlaveIndex,
+    /// The master as it comes up, to be restarted from.
+    fresh_master: DpMaster<1>,
     module: Emf2133,
+    /// What the module is at power-up.
+    module_config: Emf2133Config,
     drive: Drive,
     film: Film,
     /// `None`: the output switches with the mark.
@@ -180,14 +184,12 @@ impl Rig {
             Duration::from_nanos(config.dp_cycle_ns),
             Duration::ZERO,
         )?;
-        let module = Emf2133::new(
-            Emf2133Config {
-                address: config.slave_address,
-                seed: config.seed,
-                ..config.module.clone()
-            },
-            config.baud,
-        )?;
+        let module_config = Emf2133Config {
+            address: config.slave_address,
+            seed: config.seed,
+            ..config.module.clone()
+        };
+        let module = Emf2133::new(module_config.clone(), config.baud)?;
         let mut drive = Drive::new(config.drive.clone());
         drive.set_load_torque(config.load_torque_nm);
         let master_port = line.attach();
@@ -200,12 +202,14 @@ impl Rig {
             line,
             master_port,
             module_port,
+            fresh_master: master.clone(),
             master,
             slave,
             module,
+            module_config,
             drive,
             film,
-            reader: (config.reader.delay_us > 0.0 || config.reader.jitter_us > 0.0)
+            reader: (config.reader.delay_us > 0.0 || config.reader.jitter_us > 0.0 || config.reader.bounces > 0)
                 .then(|| ReaderDelay::new(config.reader)),
             block: FilmFeedBlock::new(),
             inputs: Inputs {
@@ -261,6 +265,11 @@ impl Rig {
         let _ = self.master.set_outputs(self.slave, &self.outputs);
         self.watch
             .observe(self.now.as_nanos(), &self.block, self.inputs.error_reset, presence);
+        self.next_plc += self.plc_cycle;
+    }
+
+    /// Lets the PLC cycle that is due go by: the PLC is in STOP, and the master goes on sending what it has.
+    pub fn skip_plc_cycle(&mut self) {
         self.next_plc += self.plc_cycle;
     }
 
@@ -458,6 +467,30 @@ impl Rig {
     /// Plugs the module in again.
     pub fn reconnect_module(&mut self) {
         self.line.reconnect(self.module_port);
+    }
+
+    /// Kills the master: it falls silent and forgets everything.
+    pub fn kill_master(&mut self) {
+        self.master = self.fresh_master.clone();
+        let port = self.master_port;
+        self.line_mut().disconnect(port);
+    }
+
+    /// Lets a killed master come up anew.
+    pub fn restart_master(&mut self) {
+        self.master = self.fresh_master.clone();
+        let port = self.master_port;
+        self.line_mut().reconnect(port);
+    }
+
+    /// Takes the supply from the bus module and gives it back at once. The drive goes on.
+    ///
+    /// # Errors
+    /// When the module is impossible, which it was not before.
+    pub fn power_cycle_module(&mut self) -> Result<(), RigError> {
+        self.module = Emf2133::new(self.module_config.clone(), self.line.baud())?;
+        self.line_due = Some(self.now);
+        Ok(())
     }
 
     /// The master, to change its mode.

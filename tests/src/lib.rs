@@ -1,5 +1,6 @@
 //! What the system tests share: the rig brought into the states that tests start from, and oracles.
 
+pub mod campaign;
 pub mod interpolator_oracle;
 pub mod model_check;
 pub mod safety_monitor;

@@ -14,6 +14,10 @@ pub struct ReaderParams {
     pub jitter_us: f64,
     /// Seed of the scatter.
     pub seed: u64,
+    /// How often the output falls back and comes again after each edge: 0 for a clean one.
+    pub bounces: u32,
+    /// Time from one edge of the bouncing to the next, µs, 0 or more.
+    pub bounce_us: f64,
 }
 
 /// Edges on their way from the mark to the reader's output.
@@ -43,6 +47,10 @@ impl ReaderDelay {
         let due_ns = at_ns + 1000.0 * (self.params.delay_us + jitter_us).max(0.0);
         let due_ns = self.under_way.back().map_or(due_ns, |(last, _)| due_ns.max(*last));
         self.under_way.push_back((due_ns, level));
+        for k in 0..2 * self.params.bounces {
+            let bounce_ns = due_ns + 1000.0 * self.params.bounce_us.max(0.0) * f64::from(k + 1);
+            self.under_way.push_back((bounce_ns, level ^ (k % 2 == 0)));
+        }
     }
 
     /// The next edge of the output up to `now_ns`.
@@ -62,6 +70,7 @@ mod tests {
             delay_us: 200.0,
             jitter_us: 50.0,
             seed: 7,
+            ..ReaderParams::default()
         };
         let mut reader = ReaderDelay::new(params);
         let mut spread: Vec<f64> = Vec::new();
@@ -75,6 +84,26 @@ mod tests {
         }
         spread.sort_by(f64::total_cmp);
         assert!(spread[0] >= 150.0 && spread[999] <= 250.0 && spread[999] - spread[0] > 98.0);
+    }
+
+    #[test]
+    fn a_bouncing_edge_falls_back_and_comes_again() {
+        let mut reader = ReaderDelay::new(ReaderParams {
+            delay_us: 100.0,
+            bounces: 2,
+            bounce_us: 10.0,
+            ..ReaderParams::default()
+        });
+        reader.push(0.0, true);
+        let edges: Vec<(f64, bool)> = std::iter::from_fn(|| reader.pop(1e9)).collect();
+        let expected = [
+            (100e3, true),
+            (110e3, false),
+            (120e3, true),
+            (130e3, false),
+            (140e3, true),
+        ];
+        assert_eq!(edges, expected);
     }
 
     #[test]

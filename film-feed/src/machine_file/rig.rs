@@ -109,6 +109,7 @@ impl MachineFile {
                 delay_us: self.marks.reader_delay_us,
                 jitter_us: self.marks.reader_jitter_us,
                 seed,
+                ..ReaderParams::default()
             },
             ..RigConfig::default()
         })
