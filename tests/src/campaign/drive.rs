@@ -63,19 +63,27 @@ fn guard(draw: &mut Draw) -> Result<(), String> {
 /// The axis does not follow.
 pub(super) const FOLLOWING: Family = Family {
     name: "following-error",
-    fault: "film blocked in every phase of a feed: a load of 0.8 to 3 Nm against it, for 20 to 300 ms",
+    fault: "film jams in every phase of a feed: 0.8 to 3 Nm against its movement, for 20 to 300 ms",
     rule: "JOB_FIN comes only for a feed that landed; without the load, acknowledged, the next feed lands",
     case: following,
 };
 
+/// Below this a jammed axis counts as standing: 4 mm/s of film.
+const SLOW_RAD_S: f64 = 1.0;
+
 fn following(draw: &mut Draw) -> Result<(), String> {
     let mut bench = in_feed(draw)?;
     bench.monitor.pushed = true;
-    bench
-        .rig
-        .drive_mut()
-        .set_load_torque(draw.between(80, 300) as f64 / 100.0);
-    bench.run_ms(draw.between(20, 300));
+    let jam_nm = draw.between(80, 300) as f64 / 100.0;
+    // In steps of a PLC cycle: what jams brakes, and pushes nothing back.
+    for _ in 0..draw.between(20, 300) / 5 {
+        let forwards = bench.rig.drive().axis().sample().omega_true > SLOW_RAD_S;
+        bench
+            .rig
+            .drive_mut()
+            .set_load_torque(if forwards { jam_nm } else { 0.0 });
+        bench.run_ms(5);
+    }
     bench.rig.drive_mut().set_load_torque(0.0);
     bench.finish()?;
     bench.end_well(3_000)
