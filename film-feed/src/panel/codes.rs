@@ -22,6 +22,8 @@ pub(super) struct Codes {
     baud: Baud,
     phase: Phase,
     wishes: VecDeque<(ClientId, CodeRecord)>,
+    /// How often the connection broke for the wish in front.
+    broken: u32,
     reference: u8,
 }
 
@@ -37,6 +39,8 @@ enum Phase {
     Fetching,
 }
 
+/// How often a wish is tried.
+const ATTEMPTS: u32 = 3;
 /// Wishes that wait; more are refused.
 const WISHES: usize = 32;
 /// Longest response.
@@ -51,6 +55,7 @@ impl Codes {
             baud,
             phase: Phase::Closed,
             wishes: VecDeque::new(),
+            broken: 0,
             reference: 0,
         }
     }
@@ -81,10 +86,14 @@ impl Codes {
             Some(event) => self.take(jobs, event),
             None => self.begin(jobs),
         };
-        match step {
+        let answer = match step {
             Ok(answer) => answer,
             Err(why) => self.wishes.pop_front().map(|(asker, _)| (asker, Told::Refused { why })),
+        };
+        if answer.is_some() {
+            self.broken = 0;
         }
+        answer
     }
 
     /// Begins the next wish, as far as the connection and the master's queue allow.
@@ -131,6 +140,12 @@ impl Codes {
                 self.phase = Phase::Closed;
                 // Nobody was waiting for it: the next wish opens it again.
                 if before == Phase::Open {
+                    return Ok(None);
+                }
+                // An operating system may hold an answer up for longer than the bus waits. A write may have been carried out already.
+                let is_read = self.wishes.front().is_some_and(|(_, job)| job.written().is_none());
+                self.broken += 1;
+                if self.broken < ATTEMPTS && (before == Phase::Opening || is_read) {
                     return Ok(None);
                 }
                 Err(format!(
