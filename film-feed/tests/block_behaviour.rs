@@ -454,3 +454,65 @@ fn the_net_stays_safe_and_ends_its_cycles_in_four_markings() {
         assert_eq!(bench.places(), rest);
     }
 }
+
+/// Section 7 and section 8 step 2: which output each bit of the status word makes, alone.
+#[test]
+fn each_bit_of_the_status_word_makes_its_output_and_no_other() {
+    for bit in 0..16 {
+        let mut bench = Bench::new();
+        bench.drive.status = 1 << bit;
+        let outputs = bench.step();
+        let made = [
+            outputs.switched_on,
+            outputs.drive_ready,
+            outputs.error,
+            outputs.running,
+            outputs.job_finished,
+        ];
+        // DRIVECOM: 1 switched on, 2 operation enabled, 3 fault, 7 warning, 8 message.
+        let expected = [bit == 1, bit == 2, [3, 7, 8, 12].contains(&bit), bit == 14, bit == 15];
+        assert_eq!(made, expected, "bit {bit}");
+    }
+}
+
+/// Section 8 steps 5 to 9, as they are printed, over all inputs and the four bits of the status word they ask for.
+#[test]
+fn the_control_word_is_the_formula_of_the_steps_for_all_inputs() {
+    for case in 0..1u32 << 12 {
+        let is = |number: u32| case >> number & 1 == 1;
+        let [ready, fault, running, bit_12] = [is(0), is(1), is(2), is(3)];
+        let mut bench = Bench::new();
+        bench.drive.status =
+            u16::from(ready) | u16::from(fault) << 3 | u16::from(bit_12) << 12 | u16::from(running) << 14;
+        bench.inputs.read_mark = is(4);
+        bench.inputs.manual = is(5);
+        bench.inputs.manual_pos = is(6);
+        bench.inputs.manual_neg = is(7);
+        bench.inputs.pos_start = is(8);
+        bench.inputs.pos_stop = is(9);
+        bench.inputs.error_reset = is(10);
+        bench.inputs.enable = is(11);
+        bench.step();
+        let error = fault || bit_12;
+        let reset = (fault || !running) && is(10);
+        let expected = [
+            (0, ready || fault),
+            (1, true),
+            (2, true),
+            (3, is(11)),
+            (4, true),
+            (5, !is(8) && !error),
+            (6, !is(9)),
+            (7, reset),
+            (11, is(9) || reset),
+            (12, is(5)),
+            (13, is(7)),
+            (14, is(6)),
+            (15, is(4)),
+        ];
+        let word = expected
+            .iter()
+            .fold(0u16, |word, (bit, on)| word | u16::from(*on) << bit);
+        assert_eq!(bench.drive.control, word, "case {case:012b}");
+    }
+}

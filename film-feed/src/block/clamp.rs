@@ -19,12 +19,7 @@ const PERCENT: (i16, i16) = (1_000, 10_000);
 ///
 /// Source: film-feed specification, section 8.1 points 1 and 2.
 pub(crate) fn clamp(inputs: &mut Inputs) {
-    if zero_extended(inputs.distance) < DISTANCE.0 {
-        inputs.distance = DISTANCE.0 as i16;
-    }
-    if zero_extended(inputs.distance) > DISTANCE.1 {
-        inputs.distance = DISTANCE.1 as i16;
-    }
+    inputs.distance = zero_extended(inputs.distance).clamp(DISTANCE.0, DISTANCE.1) as i16;
     inputs.velocity = bounded(inputs.velocity, PERCENT.0, PERCENT.1);
     inputs.mark_velocity = bounded(inputs.mark_velocity, PERCENT.0, inputs.velocity);
     inputs.acceleration = bounded(inputs.acceleration, PERCENT.0, PERCENT.1);
@@ -37,8 +32,7 @@ fn zero_extended(int: i16) -> i32 {
 
 /// Lower bound first, then upper bound, each with a 16-bit compare.
 fn bounded(value: i16, low: i16, high: i16) -> i16 {
-    let value = if value < low { low } else { value };
-    if value > high { high } else { value }
+    value.max(low).min(high)
 }
 
 #[cfg(test)]

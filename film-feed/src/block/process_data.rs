@@ -7,7 +7,7 @@ use super::{inputs::Inputs, outputs::Outputs, real, telegrams::Constants};
 
 /// Bits of the status word which the block reads.
 mod status {
-    pub(super) const READY_TO_SWITCH_ON: u16 = 1 << 0;
+    pub(super) const READY_TO_SWITCH_ON: u16 = 1;
     pub(super) const SWITCHED_ON: u16 = 1 << 1;
     pub(super) const OPERATION_ENABLED: u16 = 1 << 2;
     pub(super) const FAULT: u16 = 1 << 3;
@@ -21,7 +21,7 @@ mod status {
 
 /// Bits of the control word which the block writes. Bits 8, 9 and 10 stay 0.
 mod control {
-    pub(super) const SWITCH_ON: u16 = 1 << 0;
+    pub(super) const SWITCH_ON: u16 = 1;
     /// Active low.
     pub(super) const INHIBIT_VOLTAGE_N: u16 = 1 << 1;
     /// Active low.
