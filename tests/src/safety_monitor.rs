@@ -172,6 +172,8 @@ pub struct SafetyMonitor {
     pub asked: bool,
     /// A load may push the film back: reversals are not judged.
     pub pushed: bool,
+    /// By how much more than 0.05 mm the film may run back, mm: a quick stop along a ramp of 0 s lets it swing (`docs/spec-notes.md`).
+    pub swing_mm: f64,
     ticks: u64,
     torque_ticks: u64,
     violation: Option<Violation>,
@@ -404,7 +406,7 @@ impl SafetyMonitor {
             Some(furthest) if !backwards_asked => furthest.max(tick.film_mm),
             _ => tick.film_mm,
         };
-        if furthest - tick.film_mm > REVERSAL_MM {
+        if furthest - tick.film_mm > REVERSAL_MM + self.swing_mm {
             let values = format!("{} mm behind {furthest} mm", furthest - tick.film_mm);
             self.broken(SafetyRule::NoReversal, tick.at_ns, values);
         }

@@ -187,7 +187,7 @@ fn cable(draw: &mut Draw) -> Result<(), String> {
 pub(super) const CABLE_WITH_REACTION: Family = Family {
     name: "cable-reaction",
     fault: "cable pulled in every phase of a feed for 700 to 1000 ms, C1882 = quick stop, C1883 off or 50 to 200 ms",
-    rule: "the axis stands within watchdog 100 ms + C1883 + 300 ms of ramp; JOB_FIN comes only for a feed that landed; the next one lands",
+    rule: "the axis stands within watchdog 100 ms + C1883 + 300 ms of ramp, swinging back by 1 mm at most (C0105 = 0 s); JOB_FIN comes only for a feed that landed; the next one lands",
     case: cable_with_reaction,
 };
 
@@ -202,6 +202,7 @@ fn cable_with_reaction(draw: &mut Draw) -> Result<(), String> {
             .write_code(code, 0, value * 10_000)
             .map_err(|error| error.to_string())?;
     }
+    bench.monitor.swing_mm = 1.0;
     let extra_ms = if extra_ms == 65_535 { 0 } else { extra_ms as u64 };
     bench.rig.disconnect_module();
     bench
