@@ -127,6 +127,64 @@ fn wrong_origins_hosts_and_tokens_are_turned_away() {
 }
 
 #[test]
+fn of_pages_that_come_at_the_same_moment_no_more_get_in_than_there_are_places() {
+    let panel = Panel::new(&[]);
+    let origin = format!("http://{}", panel.at);
+    let come = || {
+        std::thread::scope(|scope| {
+            let coming: Vec<_> = (0..40).map(|_| scope.spawn(|| panel.page(Some(&origin), ""))).collect();
+            coming.into_iter().map(|page| page.join().unwrap()).collect::<Vec<_>>()
+        })
+    };
+    let pages = come();
+    // 16 places (SECURITY.md), 503 for the others.
+    assert_eq!(pages.iter().filter(|page| page.is_ok()).count(), 16);
+    assert!(
+        pages
+            .iter()
+            .flat_map(|page| page.as_ref().err())
+            .all(|status| *status == 503)
+    );
+    // Who goes leaves his place.
+    drop(pages);
+    let begun = Instant::now();
+    while panel.page(Some(&origin), "").is_err() {
+        assert!(begun.elapsed() < Duration::from_secs(5), "no place came free");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn pings_and_connections_without_a_request_hold_up_nobody() {
+    let panel = Panel::new(&[]);
+    let mut witness = panel.own_page();
+    let mut last = witness.hear("frame")["seq"].as_u64().unwrap();
+    // Two hundred that begin a request and do not end it.
+    let half: Vec<_> = (0..200)
+        .map(|_| {
+            let mut stream = TcpStream::connect(panel.at).unwrap();
+            stream.write_all(b"GET / HTTP/1.1\r\nHost: 127").unwrap();
+            stream
+        })
+        .collect();
+    let mut page = panel.own_page();
+    for _ in 0..300 {
+        if page.0.send(Message::Ping(vec![0; 100].into())).is_err() {
+            break;
+        }
+    }
+    let (code, reason) = page.farewell();
+    // The server may have closed before all were sent; then the system tells it.
+    assert!(code == 1008 || code == 0, "{code} {reason}");
+    for _ in 0..20 {
+        let seq = witness.hear("frame")["seq"].as_u64().unwrap();
+        assert_eq!(seq, last + 1, "no frame is lost");
+        last = seq;
+    }
+    drop(half);
+}
+
+#[test]
 fn what_is_no_order_ends_the_connection_and_nothing_else() {
     let panel = Panel::new(&[]);
     let mut witness = panel.own_page();

@@ -2,7 +2,7 @@
 
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use axum::Router;
@@ -14,7 +14,7 @@ use axum::routing::get;
 use futures_util::{SinkExt, StreamExt};
 use serde::Deserialize;
 use tokio::net::TcpListener;
-use tokio::sync::mpsc;
+use tokio::sync::{Semaphore, mpsc};
 use tokio::time::timeout;
 
 use super::access::{Access, AccessRefused, PanelError};
@@ -51,7 +51,8 @@ pub enum Machine {
 struct Shared {
     access: Access,
     engine: Engine,
-    clients: AtomicUsize,
+    /// A place for each page that may be connected.
+    places: Arc<Semaphore>,
     next: AtomicU64,
 }
 
@@ -77,7 +78,7 @@ pub fn serve(panel: Panel, ready: impl FnOnce(SocketAddr)) -> Result<(), PanelEr
         let shared = Arc::new(Shared {
             access: panel.access.at(at),
             engine,
-            clients: AtomicUsize::new(0),
+            places: Arc::new(Semaphore::new(MAX_CLIENTS)),
             next: AtomicU64::new(1),
         });
         let mut router = Router::new()
@@ -187,16 +188,16 @@ async fn live(
     if let Err(refused) = shared.access.check(host, origin, query.token.as_deref()) {
         return turned_away(refused);
     }
-    if shared.clients.load(Ordering::Relaxed) >= MAX_CLIENTS {
+    // Taken before the answer: of pages that come at the same moment none gets a place too many.
+    let Ok(place) = Arc::clone(&shared.places).try_acquire_owned() else {
         return turned_away(AccessRefused::TooMany);
-    }
+    };
     upgrade
         .max_message_size(MAX_ORDER)
         .max_frame_size(MAX_ORDER)
         .on_upgrade(move |socket| async move {
-            shared.clients.fetch_add(1, Ordering::Relaxed);
             talk(socket, &shared).await;
-            shared.clients.fetch_sub(1, Ordering::Relaxed);
+            drop(place);
         })
 }
 
@@ -227,12 +228,11 @@ async fn talk(socket: WebSocket, shared: &Shared) {
                 }
             }
             message = incoming.next() => {
-                let text = match message {
-                    Some(Ok(Message::Text(text))) => text,
-                    Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
-                    Some(Ok(Message::Binary(_))) => break Some((1003, "orders are texts")),
-                    Some(Ok(Message::Close(_))) | Some(Err(_)) | None => break None,
+                let message = match message {
+                    Some(Ok(Message::Close(_)) | Err(_)) | None => break None,
+                    Some(Ok(message)) => message,
                 };
+                // A ping is answered, so that it costs as much as an order.
                 if second.elapsed() > Duration::from_secs(1) {
                     second = Instant::now();
                     orders = 0;
@@ -241,6 +241,11 @@ async fn talk(socket: WebSocket, shared: &Shared) {
                 if orders > MAX_ORDERS_PER_S {
                     break Some((1008, "too many orders in a second"));
                 }
+                let text = match message {
+                    Message::Text(text) => text,
+                    Message::Binary(_) => break Some((1003, "orders are texts")),
+                    _ => continue,
+                };
                 let Ok(order) = serde_json::from_str::<Order>(&text) else {
                     break Some((1007, "that is no order"));
                 };
