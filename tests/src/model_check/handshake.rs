@@ -28,18 +28,6 @@ pub enum Trouble {
 }
 
 impl Trouble {
-    /// All of them.
-    pub const ALL: [Self; 8] = [
-        Self::LostImage,
-        Self::Refusal,
-        Self::NewLength,
-        Self::ErrorReset,
-        Self::BeginsSet,
-        Self::PowerCycle,
-        Self::Cleared,
-        Self::Swallowed,
-    ];
-
     const fn bit(self) -> u16 {
         1 << self as u16
     }

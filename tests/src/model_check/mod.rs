@@ -43,7 +43,7 @@ fn run<M: Model>(model: &M, found: &mut dyn FnMut(usize)) -> Report {
 }
 
 /// Every model, the small ones first.
-pub const MODELS: [Named; 10] = [
+pub const MODELS: [Named; 9] = [
     Named {
         name: "handshake-bus",
         about: "block and drive, images lost in both directions, a drive that takes its time or refuses, a new length",
@@ -109,11 +109,6 @@ pub const MODELS: [Named; 10] = [
                 found,
             )
         },
-    },
-    Named {
-        name: "handshake-all",
-        about: "everything of the above at once",
-        run: |found| run(&Handshake::new("handshake-all", &Trouble::ALL), found),
     },
     Named {
         name: "start-up",
