@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use dp_master::address::Address;
-use dp_master::dp::v1::{Addresses, Features, Initiate, Msac2Client, Msac2Event, SendTimeout, V1Answer, V1ClientError};
+use dp_master::dp::v1::{Initiate, Msac2Client, Msac2Event, V1Answer, V1ClientError};
 use dp_master::dp::{Jobs, SubmitError};
 use dp_master::time::{Baud, Instant};
 use drivecom::param::{RECORD_INDEX, RECORD_SLOT};
@@ -103,13 +103,7 @@ impl Codes {
         };
         match self.phase {
             Phase::Closed => {
-                let initiate = Initiate {
-                    send_timeout: SendTimeout::least(self.baud),
-                    features: Features::READ_WRITE,
-                    profile_features: 0,
-                    profile_ident: 0,
-                    addresses: Addresses::DIRECT,
-                };
+                let initiate = Initiate::data_records(self.baud);
                 let begun = self.client.connect(jobs, &initiate);
                 self.go_to(Phase::Opening, begun)?;
             }

@@ -1,7 +1,7 @@
 use std::time::{Duration as StdDuration, Instant as StdInstant};
 
 use dp_master::address::Address;
-use dp_master::dp::v1::{Abort, Addresses, Features, Initiate, Msac2Client, Msac2Event, SendTimeout, V1Answer};
+use dp_master::dp::v1::{Abort, Initiate, Msac2Client, Msac2Event, V1Answer};
 use dp_master::dp::{DpMaster, MasterConfig, MasterEvent};
 use dp_master::driver::Driver;
 use dp_master::fdl::{BusParams, Membership, RingEvent};
@@ -60,13 +60,7 @@ impl Dpv1Access {
     }
 
     fn connect(&mut self) -> Result<(), AccessError> {
-        let initiate = Initiate {
-            send_timeout: SendTimeout::least(self.baud),
-            features: Features::READ_WRITE,
-            profile_features: 0,
-            profile_ident: 0,
-            addresses: Addresses::DIRECT,
-        };
+        let initiate = Initiate::data_records(self.baud);
         let mut attempt = 1;
         loop {
             self.client.connect(self.master.jobs(), &initiate).map_err(no_way)?;

@@ -5,7 +5,7 @@ use std::time::Instant as StdInstant;
 
 use clap::Args;
 use dp_master::address::Address;
-use dp_master::dp::v1::{Abort, Addresses, Features, Initiate, Msac2Client, Msac2Event, SendTimeout, V1Answer};
+use dp_master::dp::v1::{Abort, Initiate, Msac2Client, Msac2Event, V1Answer};
 use dp_master::wire::Hex;
 use serde_json::json;
 
@@ -120,13 +120,7 @@ enum Step<'a> {
 fn ask(args: &RecordArgs, steps: &[Step<'_>]) -> Result<V1Answer, Trouble> {
     let mut session = Session::open(&args.line)?;
     let mut client = Msac2Client::new(args.address);
-    let initiate = Initiate {
-        send_timeout: SendTimeout::least(args.line.baud),
-        features: Features::READ_WRITE,
-        profile_features: 0,
-        profile_ident: 0,
-        addresses: Addresses::DIRECT,
-    };
+    let initiate = Initiate::data_records(args.line.baud);
     client
         .connect(session.master.jobs(), &initiate)
         .map_err(Trouble::failed)?;

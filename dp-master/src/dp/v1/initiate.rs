@@ -213,6 +213,29 @@ pub struct Initiate<'a> {
     pub addresses: Addresses<'a>,
 }
 
+impl Initiate<'static> {
+    /// What whoever reads and writes data records of a device at this baud rate proposes: no profile, no other network, and as short a
+    /// time-out as the standard allows.
+    ///
+    /// ```
+    /// use dp_master::dp::v1::{Features, Initiate};
+    /// use dp_master::time::Baud;
+    ///
+    /// let initiate = Initiate::data_records(Baud::B1500000);
+    /// assert_eq!((initiate.features, initiate.profile_ident), (Features::READ_WRITE, 0));
+    /// ```
+    #[must_use]
+    pub const fn data_records(baud: Baud) -> Self {
+        Self {
+            send_timeout: SendTimeout::least(baud),
+            features: Features::READ_WRITE,
+            profile_features: 0,
+            profile_ident: 0,
+            addresses: Addresses::DIRECT,
+        }
+    }
+}
+
 /// What a slave grants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Initiated<'a> {
