@@ -1,7 +1,6 @@
 //! Looks over the block's shoulder at the parameter channel and tells what the block never looks at: a refused
 //! parameter, an answer that does not belong to the request, no answer at all (film-feed specification, section 11).
 
-use drivecom::CodeNumber;
 use drivecom::param::ErrorCode;
 
 use crate::block::{FilmFeedBlock, ParameterTelegram};
@@ -20,8 +19,7 @@ pub enum Periphery {
 #[derive(Debug, Clone)]
 pub struct ParameterWatch {
     limit_ns: u64,
-    /// Which of the seven telegrams was in work after the last cycle. Not the counter: Error_RESET starts with the first
-    /// telegram again and leaves the counter as it is.
+    /// Which of the seven telegrams was in work after the last cycle.
     at_work: usize,
     /// Cycles in which the request in work was written to the periphery.
     written: u32,
@@ -64,7 +62,7 @@ impl ParameterWatch {
     /// Sees the block after a cycle at `now_ns`.
     pub fn observe(&mut self, now_ns: u64, block: &FilmFeedBlock, error_reset: bool, periphery: Periphery) {
         let fired = block.fired();
-        if fired.fired(EXCHANGE_DONE) {
+        if block.exchange_is_done() {
             if let Some(request) = block.telegrams().get(self.at_work) {
                 let answer = self.received;
                 self.judge(request, &answer);
@@ -90,7 +88,7 @@ impl ParameterWatch {
         if !error_reset && periphery == Periphery::Present {
             self.written = self.written.saturating_add(1);
         }
-        self.at_work = usize::from(block.telegram_pointer().saturating_sub(FIRST_TELEGRAM)) / TELEGRAM_SIZE;
+        self.at_work = block.telegram_at_work();
         self.received = block.parameter_received();
     }
 
@@ -113,7 +111,7 @@ impl ParameterWatch {
             self.report(request, what.to_string());
         }
         // Index 0 from a module that never repeats the address cannot be told from an answer.
-        if answer.service & ERROR_BIT != 0 {
+        if answer.is_refusal() {
             let error = ErrorCode::from_data(answer.data.to_be_bytes());
             let refused = if answer.index == 0 { request } else { answer };
             self.report(refused, format!("the drive refused it: {error}"));
@@ -122,7 +120,7 @@ impl ParameterWatch {
 
     fn report(&mut self, telegram: &ParameterTelegram, what: String) {
         let trouble = ParameterTrouble {
-            code: code_name(telegram),
+            code: telegram.code_name(),
             what,
         };
         if !self.troubles.contains(&trouble) {
@@ -133,22 +131,6 @@ impl ParameterWatch {
 
 /// T5 and T6 choose the handshake of a new request; T13 writes it in the same cycle.
 const NEW_REQUEST: [u8; 2] = [5, 6];
-/// T12 goes on to the next telegram.
-const EXCHANGE_DONE: u8 = 12;
-
-/// Octet address of the first telegram in the block's instance data, and the octets of each.
-const FIRST_TELEGRAM: u16 = 22;
-const TELEGRAM_SIZE: usize = 8;
-
-/// Bit 7 of the answer's service byte (9300 fact sheet, section 3.1).
-const ERROR_BIT: u8 = 0x80;
-
-fn code_name(telegram: &ParameterTelegram) -> String {
-    match CodeNumber::from_index(telegram.index) {
-        Some(code) => format!("C{:04}/{}", code.number(), telegram.subindex),
-        None => format!("index 0x{:04X}/{}", telegram.index, telegram.subindex),
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use drivecom::{CodeNumber, ControlWord, State};
+use drivecom::{ControlWord, State};
 use film_feed::block::{Inputs, Outputs, ParameterTelegram};
 use film_feed::rig::{Rig, TickObserver, TickView};
 use lenze9300_model::Pulses;
@@ -270,7 +270,7 @@ impl SafetyMonitor {
         let (now_ns, inputs) = (rig.now_ns(), *rig.inputs_mut());
         self.judge_causes(now_ns, &inputs, rig.outputs());
         let block = rig.block();
-        if block.fired().fired(EXCHANGE_DONE) {
+        if block.exchange_is_done() {
             let troubles: Vec<&str> = rig
                 .parameter_watch()
                 .troubles()
@@ -279,7 +279,7 @@ impl SafetyMonitor {
                 .collect();
             self.judge_answer(now_ns, &troubles);
         }
-        let at_work = usize::from(block.telegram_pointer().saturating_sub(FIRST_TELEGRAM)) / TELEGRAM_SIZE;
+        let at_work = block.telegram_at_work();
         self.request = block.telegrams().get(at_work).copied().unwrap_or_default();
         self.answer = block.parameter_received();
     }
@@ -295,8 +295,8 @@ impl SafetyMonitor {
 
     /// The block has taken the answer for that to its request.
     fn judge_answer(&mut self, now_ns: u64, troubles: &[&str]) {
-        let refused = self.answer.service & ERROR_BIT != 0;
-        let names = [&self.answer, &self.request].map(code_name);
+        let refused = self.answer.is_refusal();
+        let names = [self.answer, self.request].map(ParameterTelegram::code_name);
         if refused && !names.iter().any(|name| troubles.contains(&name.as_str())) {
             let values = format!("{} was refused, troubles are {troubles:?}", names[1]);
             self.broken(SafetyRule::RefusalIsShown, now_ns, values);
@@ -434,23 +434,6 @@ impl TickObserver for SafetyMonitor {
             film_mm: view.film.position_mm(),
             events,
         });
-    }
-}
-
-/// T12 of the block's parameter net goes on to the next telegram.
-const EXCHANGE_DONE: u8 = 12;
-
-/// Octet address of the first telegram in the block's instance data, and the octets of each.
-const FIRST_TELEGRAM: u16 = 22;
-const TELEGRAM_SIZE: usize = 8;
-
-/// Bit 7 of the answer's service byte (9300 fact sheet, section 3.1).
-const ERROR_BIT: u8 = 0x80;
-
-fn code_name(telegram: &ParameterTelegram) -> String {
-    match CodeNumber::from_index(telegram.index) {
-        Some(code) => format!("C{:04}/{}", code.number(), telegram.subindex),
-        None => format!("index 0x{:04X}/{}", telegram.index, telegram.subindex),
     }
 }
 

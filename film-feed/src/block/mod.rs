@@ -123,6 +123,20 @@ impl FilmFeedBlock {
         self.net.memory.pointer
     }
 
+    /// Which of [`telegrams`](Self::telegrams) the pointer shows: 0…6; 0 before the first cycle. Not the counter: Error_RESET starts with
+    /// the first telegram again and leaves the counter as it is.
+    pub fn telegram_at_work(&self) -> usize {
+        // Octet address of the first telegram in the instance data, and the octets of each.
+        const FIRST: u16 = 22;
+        const SIZE: usize = 8;
+        usize::from(self.telegram_pointer().saturating_sub(FIRST)) / SIZE
+    }
+
+    /// Whether the last cycle took an answer and went on to the next telegram (T12).
+    pub fn exchange_is_done(&self) -> bool {
+        self.fired().fired(12)
+    }
+
     /// The seven telegrams in the order they are sent.
     #[doc(alias = "PAR_Telegramm")]
     pub fn telegrams(&self) -> &[ParameterTelegram; 7] {

@@ -1,5 +1,7 @@
 //! The seven telegrams of the parameter channel, side by side in the instance data.
 
+use drivecom::CodeNumber;
+
 use super::{inputs::Inputs, real};
 
 /// A parameter telegram: service, subindex, index and four octets of data, big-endian.
@@ -52,6 +54,19 @@ impl ParameterTelegram {
     /// State of the handshake bit.
     pub fn handshake(self) -> bool {
         self.service & Self::HANDSHAKE != 0
+    }
+
+    /// Bit 7 of the service: the drive refused (9300 fact sheet, section 3.1). The original never looks at it.
+    pub fn is_refusal(self) -> bool {
+        self.service & 0x80 != 0
+    }
+
+    /// The code it is about, such as `C1301/1`, or the index where there is no such code.
+    pub fn code_name(self) -> String {
+        match CodeNumber::from_index(self.index) {
+            Some(code) => format!("C{:04}/{}", code.number(), self.subindex),
+            None => format!("index 0x{:04X}/{}", self.index, self.subindex),
+        }
     }
 
     /// Bit 0 of the service: the original's test for a read.
