@@ -1,8 +1,9 @@
-//! What the system tests share: the rig brought into the states that tests start from, and oracles.
+//! What the system tests share: the rig brought into the states that tests start from, programs that run beside a test, and oracles.
 
 pub mod campaign;
 pub mod interpolator_oracle;
 pub mod model_check;
+pub mod running;
 pub mod safety_monitor;
 
 use film_feed::operator::FeedPlan;

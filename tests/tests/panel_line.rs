@@ -2,40 +2,13 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test may unwrap: the panic is its report")]
 
-use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
+use system_tests::running::Running;
 use tungstenite::{Message, WebSocket};
-
-/// A process that ends with its test, ready when it has written its first line.
-struct Running(Child, String);
-
-impl Running {
-    fn new(program: &str, arguments: &[&str]) -> Self {
-        let mut child = Command::new(program)
-            .args(arguments)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(child.stdout.as_mut().unwrap())
-            .read_line(&mut line)
-            .unwrap();
-        Self(child, line)
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // It may have ended already.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
 
 fn hear(page: &mut WebSocket<TcpStream>, kind: &str) -> Value {
     let begun = Instant::now();
@@ -69,13 +42,17 @@ fn until(page: &mut WebSocket<TcpStream>, what: &str, is_so: impl Fn(&Value) -> 
 fn a_feed_is_started_and_seen_through_the_panel_on_a_line() {
     let link = std::env::temp_dir().join(format!("panel-line-{}", std::process::id()));
     let link = link.to_str().unwrap();
-    let drive = Running::new(env!("CARGO_BIN_EXE_lenze9300-under-test"), &["serve", "--pty", link]);
-    assert!(drive.1.contains("answering at address 3"), "{}", drive.1);
-    let panel = Running::new(
-        env!("CARGO_BIN_EXE_film-feed-under-test"),
-        &["panel", "--listen", "127.0.0.1:0", "--port", link],
-    );
-    let at = panel.1.split("http://").nth(1).unwrap();
+    let (drive, line) =
+        Running::ready(Command::new(env!("CARGO_BIN_EXE_lenze9300-under-test")).args(["serve", "--pty", link]));
+    assert!(line.contains("answering at address 3"), "{line}");
+    let (_panel, line) = Running::ready(Command::new(env!("CARGO_BIN_EXE_film-feed-under-test")).args([
+        "panel",
+        "--listen",
+        "127.0.0.1:0",
+        "--port",
+        link,
+    ]));
+    let at = line.split("http://").nth(1).unwrap();
     let at = &at[..at.find(';').unwrap()];
     let stream = TcpStream::connect(at).unwrap();
     stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();

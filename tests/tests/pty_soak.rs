@@ -3,31 +3,13 @@
 //! Ten minutes: `SOAK_SECONDS=600 cargo test --release -p system-tests --test pty_soak -- --ignored --nocapture`.
 #![cfg(target_os = "linux")]
 
-use std::io::{BufRead, BufReader, Read};
-use std::process::{Child, Command, Stdio};
+use std::io::Read;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// A process that ends with the test, however the test ends.
-struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // It may have ended already.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-impl Running {
-    /// Resident memory, kB.
-    fn memory(&self) -> Option<u64> {
-        let status = std::fs::read_to_string(format!("/proc/{}/status", self.0.id())).ok()?;
-        let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
-        line.split_whitespace().nth(1)?.parse().ok()
-    }
-}
+use system_tests::running::Running;
 
 /// Keeps every core busy until it is dropped.
 struct Load(Arc<AtomicBool>);
@@ -59,38 +41,19 @@ fn feeds_land_under_load_and_memory_stays() {
     let seconds = std::env::var("SOAK_SECONDS").map_or(8.0, |text| text.parse().expect("SOAK_SECONDS is a number"));
     let feeds = (seconds / FEED_S).ceil() as usize;
     let link = std::env::temp_dir().join(format!("film-feed-soak-{}", std::process::id()));
-    let mut drive = Command::new(env!("CARGO_BIN_EXE_lenze9300-under-test"))
-        .args(["serve", "--address", "3", "--pty"])
-        .arg(&link)
-        .stdout(Stdio::piped())
-        .spawn()
-        .map(Running)
-        .expect("the drive starts");
-    let mut line = String::new();
-    let told = drive.0.stdout.take().expect("its output is piped");
-    BufReader::new(told)
-        .read_line(&mut line)
-        .expect("it says that it answers");
-    let mut master = Command::new(env!("CARGO_BIN_EXE_film-feed-under-test"))
-        .args([
-            "run",
-            "--json",
-            "--series",
-            "length",
-            "--address",
-            "3",
-            "--feeds",
-            &feeds.to_string(),
-            "--port",
-        ])
-        .arg(&link)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .map(Running)
-        .expect("film-feed starts");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lenze9300-under-test"));
+    let (drive, _) = Running::ready(command.args(["serve", "--address", "3", "--pty"]).arg(&link));
+    let feeds_asked = feeds.to_string();
+    let mut master = Running::start(
+        Command::new(env!("CARGO_BIN_EXE_film-feed-under-test"))
+            .args(["run", "--json", "--series", "length", "--address", "3"])
+            .args(["--feeds", &feeds_asked, "--port"])
+            .arg(&link)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null()),
+    );
     // The report is longer than a pipe's buffer.
-    let mut out = master.0.stdout.take().expect("its output is piped");
+    let mut out = master.output();
     let report = std::thread::spawn(move || {
         let mut text = String::new();
         out.read_to_string(&mut text).map(|_| text)

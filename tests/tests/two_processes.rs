@@ -3,88 +3,39 @@
 //! The only tests that look at a clock. Upper bounds are generous: a loaded machine makes everything slower, and nothing
 //! may fail for that.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use dp_master::phy::{Port, PseudoTerminal};
 use dp_master::time::Baud;
+use system_tests::running::{Ended, Running};
 
 /// `film-feed` and `lenze9300`, built for this test.
 const FILM_FEED: &str = env!("CARGO_BIN_EXE_film-feed-under-test");
 const LENZE9300: &str = env!("CARGO_BIN_EXE_lenze9300-under-test");
 
-/// A process that ends with the test, however the test ends.
-struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // It may have ended already.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-impl Running {
-    /// Waits for its end, for a minute at the most, and gives its standard output and error.
-    fn end(mut self) -> (ExitStatus, String, String) {
-        let mut out = self.0.stdout.take().expect("its output is piped");
-        let mut err = self.0.stderr.take().expect("its errors are piped");
-        // A report fits the pipe's buffer: nobody blocks.
-        let waited = Instant::now();
-        let status = loop {
-            if let Some(status) = self.0.try_wait().expect("a process can be asked") {
-                break status;
-            }
-            assert!(waited.elapsed() < Duration::from_secs(60), "it waits for ever");
-            std::thread::sleep(Duration::from_millis(20));
-        };
-        let (mut told, mut complained) = (String::new(), String::new());
-        out.read_to_string(&mut told).expect("it writes UTF-8");
-        err.read_to_string(&mut complained).expect("it writes UTF-8");
-        (status, told, complained)
-    }
-
-    fn signal(&self, signal: &str) {
-        let kill = format!("kill -{signal} {}", self.0.id());
-        let status = Command::new("sh")
-            .args(["-c", &kill])
-            .status()
-            .expect("there is a shell");
-        assert!(status.success(), "{kill}");
-    }
-}
-
 /// `lenze9300 serve` behind a pseudo-terminal linked at `link`, ready to answer at address 3.
 fn serve(link: &Path) -> Running {
-    let mut child = Command::new(LENZE9300)
-        .args(["serve", "--address", "3", "--pty"])
-        .arg(link)
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("the drive starts");
-    let mut line = String::new();
-    BufReader::new(child.stdout.take().expect("its output is piped"))
-        .read_line(&mut line)
-        .expect("it says that it answers");
+    let mut command = Command::new(LENZE9300);
+    let (drive, line) = Running::ready(command.args(["serve", "--address", "3", "--pty"]).arg(link));
     assert!(line.contains("answering at address 3"), "{line}");
     assert!(line.contains("/dev/"), "it names the terminal: {line}");
-    Running(child)
+    drive
 }
 
 /// `film-feed run` against that link.
 fn film_feed(link: &Path, arguments: &[&str]) -> Running {
-    let child = Command::new(FILM_FEED)
-        .args(["run", "--json", "--port"])
-        .arg(link)
-        .args(arguments)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("film-feed starts");
-    Running(child)
+    Running::start(
+        Command::new(FILM_FEED)
+            .args(["run", "--json", "--port"])
+            .arg(link)
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped()),
+    )
 }
 
 fn report(told: &str) -> serde_json::Value {
@@ -113,8 +64,11 @@ impl Drop for Scratch {
 fn three_feeds_land_in_real_time() {
     let link = Scratch::new();
     let drive = serve(&link.0);
-    let (status, told, complained) =
-        film_feed(&link.0, &["--series", "length", "--feeds", "3", "--address", "3"]).end();
+    let Ended {
+        status,
+        told,
+        complained,
+    } = film_feed(&link.0, &["--series", "length", "--feeds", "3", "--address", "3"]).end();
     let report = report(&told);
     assert!(status.success(), "{report} {complained}");
     let feeds = report["feeds"].as_array().expect("a list of feeds");
@@ -141,7 +95,11 @@ fn three_feeds_land_in_real_time() {
 fn a_feed_to_the_mark_of_the_drives_own_reader_lands() {
     let link = Scratch::new();
     let drive = serve(&link.0);
-    let (status, told, complained) = film_feed(&link.0, &["--print-marks", "--feeds", "1"]).end();
+    let Ended {
+        status,
+        told,
+        complained,
+    } = film_feed(&link.0, &["--print-marks", "--feeds", "1"]).end();
     let report = report(&told);
     assert!(status.success(), "{report} {complained}");
     // Marks every 1200 mm, the film 50 mm behind one: the whole way is one distance (film-feed specification, section 6).
@@ -154,7 +112,11 @@ fn a_feed_to_the_mark_of_the_drives_own_reader_lands() {
 fn a_drive_that_does_not_answer_is_told_in_one_sentence() {
     let link = Scratch::new();
     let drive = serve(&link.0);
-    let (status, told, complained) = film_feed(&link.0, &["--feeds", "1", "--address", "7"]).end();
+    let Ended {
+        status,
+        told,
+        complained,
+    } = film_feed(&link.0, &["--feeds", "1", "--address", "7"]).end();
     assert_eq!(status.code(), Some(1), "{told} {complained}");
     let report = report(&told);
     assert_eq!(report["ok"], false);
@@ -170,8 +132,12 @@ fn a_drive_killed_in_mid_run_ends_the_run_with_one_reason() {
     let mut drive = serve(&link.0);
     let run = film_feed(&link.0, &["--series", "length", "--feeds", "100"]);
     std::thread::sleep(Duration::from_secs(3));
-    drive.0.kill().expect("it runs");
-    let (status, told, complained) = run.end();
+    drive.kill();
+    let Ended {
+        status,
+        told,
+        complained,
+    } = run.end();
     assert_eq!(status.code(), Some(1), "{told} {complained}");
     assert!(
         complained.lines().count() == 1 && complained.ends_with("is gone, waiting for it to come back\n"),
@@ -192,13 +158,21 @@ fn a_drive_killed_in_mid_run_ends_the_run_with_one_reason() {
         std::fs::symlink_metadata(&link.0).is_ok(),
         "there is no stale link to test with"
     );
-    let (status, told, complained) = film_feed(&link.0, &["--feeds", "1"]).end();
+    let Ended {
+        status,
+        told,
+        complained,
+    } = film_feed(&link.0, &["--feeds", "1"]).end();
     assert_eq!((status.code(), told.as_str()), (Some(2), ""));
     assert_eq!(complained.lines().count(), 1, "{complained}");
     // … and no hindrance for the next drive.
     let next = serve(&link.0);
     assert!(std::fs::metadata(&link.0).is_ok(), "the link still leads nowhere");
-    let (status, told, complained) = film_feed(&link.0, &["--series", "length", "--feeds", "1"]).end();
+    let Ended {
+        status,
+        told,
+        complained,
+    } = film_feed(&link.0, &["--series", "length", "--feeds", "1"]).end();
     assert!(status.success(), "{told} {complained}");
     drop(next);
 }
@@ -211,7 +185,11 @@ fn a_drive_that_falls_silent_in_mid_run_ends_the_run_with_one_reason() {
     std::thread::sleep(Duration::from_secs(3));
     // Stopped, not ended: the line is there, nobody answers, and in time nobody empties it either.
     drive.signal("STOP");
-    let (status, told, complained) = run.end();
+    let Ended {
+        status,
+        told,
+        complained,
+    } = run.end();
     assert_eq!(status.code(), Some(1), "{told} {complained}");
     let report = report(&told);
     let reason = report["aborted"].as_str().expect("it says why");
@@ -255,15 +233,14 @@ fn a_drive_whose_adapter_was_pulled_answers_again_when_it_is_plugged_in() {
         line
     };
     let mut line = plug();
-    let mut child = Command::new(LENZE9300)
-        .args(["serve", "--address", "3", "--port"])
-        .arg(&link.0)
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the drive starts");
-    let mut errors = BufReader::new(child.stderr.take().expect("its errors are piped"));
-    let drive = Running(child);
+    let mut drive = Running::start(
+        Command::new(LENZE9300)
+            .args(["serve", "--address", "3", "--port"])
+            .arg(&link.0)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped()),
+    );
+    let mut errors = BufReader::new(drive.errors());
     let mut told = || {
         let mut sentence = String::new();
         errors.read_line(&mut sentence).expect("it says what happened");
