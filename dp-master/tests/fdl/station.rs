@@ -1,0 +1,561 @@
+//! One active station, driven by hand: the transitions of its table, what it answers, and what the token allows.
+
+use dp_master::address::Address;
+use dp_master::fdl::{
+    Access, Action, ActiveStation, BusParams, Confirmation, FdlState, LeaveCause, Outcome, Repeat, RingEvent, TokenUser,
+};
+use dp_master::station::{LineError, MAX_TELEGRAM};
+use dp_master::time::{Baud, BitTimes, Duration, Instant};
+use dp_master::wire::{Fcb, FunctionCode, Header, RequestFunction, ResponseFunction, StationType, Telegram};
+use proptest::prelude::*;
+
+const BAUD: Baud = Baud::B1500000;
+const TS: u8 = 5;
+/// Tsl, Tid1 and min Tsdr of the standard parameters at 1.5 Mbit/s.
+const TSL: u64 = 300;
+const TID1: u64 = 37;
+const TSDR: u64 = 11;
+
+fn at(value: u8) -> Address {
+    Address::new(value).unwrap()
+}
+
+fn bits(count: u64) -> Duration {
+    BAUD.duration(BitTimes(u32::try_from(count).unwrap()))
+}
+
+/// Requests to be sent, in their order; one is done when it is confirmed.
+#[derive(Default)]
+struct User {
+    requests: Vec<RequestFunction>,
+    repeat: Option<Repeat>,
+    outcomes: Vec<String>,
+    events: Vec<RingEvent>,
+    asked: Vec<Access>,
+}
+
+impl TokenUser for User {
+    fn next_action(&mut self, _: Instant, access: Access) -> Action<'_> {
+        self.asked.push(access);
+        let Some(&function) = self.requests.first() else {
+            return Action::PassToken;
+        };
+        let counted = !matches!(function, RequestFunction::SdnHigh | RequestFunction::SdnLow);
+        let fcb = if counted { Fcb::First } else { Fcb::Inactive };
+        Action::Send {
+            header: Header::new(at(40), at(TS), FunctionCode::request(fcb, function)),
+            data: &[1, 2],
+            repeat: self.repeat.unwrap_or(Repeat::Never),
+        }
+    }
+    fn confirm(&mut self, _: Instant, confirmation: Confirmation<'_>) {
+        self.requests.remove(0);
+        self.outcomes.push(match confirmation.outcome {
+            Outcome::Response { .. } => "Response".to_owned(),
+            other => format!("{other:?}"),
+        });
+    }
+    fn handle_ring(&mut self, _: Instant, event: RingEvent) {
+        self.events.push(event);
+    }
+}
+
+/// A telegram of the station: when its first bit was sent, and its octets.
+type Sent = (Instant, Vec<u8>);
+
+struct Bench {
+    station: ActiveStation,
+    user: User,
+    now: Instant,
+}
+
+impl Bench {
+    fn with_params(params: BusParams) -> Self {
+        let mut bench = Self {
+            station: ActiveStation::new(at(TS), params),
+            user: User::default(),
+            now: Instant::ZERO,
+        };
+        assert_eq!(bench.quiet(bits(1)), []);
+        assert_eq!(bench.station.state(), FdlState::ListenToken);
+        bench
+    }
+
+    fn new() -> Self {
+        Self::with_params(BusParams {
+            hsa: at(10),
+            ..BusParams::standard(BAUD)
+        })
+    }
+
+    /// A member of the ring of 1 and 5, without the token.
+    fn member() -> Self {
+        let mut bench = Self::new();
+        bench.hear_rotations(2);
+        assert_eq!(station_type(&bench.status_of(1)), StationType::MasterReady);
+        assert_eq!(bench.token(1, TS), [token(TS, 1)]);
+        assert_eq!(bench.station.state(), FdlState::CheckTokenPass);
+        bench.token(1, 1);
+        assert_eq!(bench.station.state(), FdlState::ActiveIdle);
+        bench.user.events.clear();
+        bench.user.asked.clear();
+        bench
+    }
+
+    /// Time passes; what the station sends meanwhile. A telegram that has begun is sent to its end.
+    fn quiet(&mut self, span: Duration) -> Vec<Sent> {
+        let end = self.now + span;
+        let mut sent = Vec::new();
+        let mut buf = [0; MAX_TELEGRAM];
+        loop {
+            if let Some(length) = self.station.poll_transmit(self.now, &mut buf, &mut self.user) {
+                sent.push((self.now, buf[..length].to_vec()));
+                self.now += BAUD.characters(length);
+                self.station.handle_sent(self.now, &mut self.user);
+                continue;
+            }
+            match self.station.poll_timeout().filter(|due| *due <= end) {
+                Some(due) => {
+                    self.now = self.now.max(due);
+                    self.station.handle_timeout(self.now, &mut self.user);
+                }
+                None => break,
+            }
+        }
+        self.now = self.now.max(end);
+        sent
+    }
+
+    /// The station hears this, as a line delivers it.
+    fn hear(&mut self, octets: &[u8]) {
+        let start = self.now;
+        self.station
+            .handle_octets(start + BAUD.characters(1), &octets[..1], &mut self.user);
+        self.now = start + BAUD.characters(octets.len());
+        if octets.len() > 1 {
+            self.station.handle_octets(self.now, &octets[1..], &mut self.user);
+        }
+    }
+
+    fn hear_telegram(&mut self, telegram: Telegram<'_>) {
+        let mut buf = [0; MAX_TELEGRAM];
+        let length = telegram.encode(&mut buf).unwrap();
+        let octets = buf[..length].to_vec();
+        self.hear(&octets);
+    }
+
+    /// Hears a token after Tid1, and what the station sends until a slot time is nearly over.
+    fn token(&mut self, sa: u8, da: u8) -> Vec<Vec<u8>> {
+        let before = self.quiet(bits(TID1));
+        assert_eq!(before, []);
+        self.hear(&token(sa, da));
+        self.quiet(bits(TSL - 20))
+            .into_iter()
+            .map(|(_, octets)| octets)
+            .collect()
+    }
+
+    /// The token goes round between 1 and itself.
+    fn hear_rotations(&mut self, rotations: usize) {
+        (0..rotations).for_each(|_| assert_eq!(self.token(1, 1), [[0; 0]; 0]));
+    }
+
+    /// Asked for its FDL status by a master, within Tsdr of 11 bits to a slot time.
+    fn status_of(&mut self, master: u8) -> Vec<u8> {
+        self.quiet(bits(TID1));
+        let fc = FunctionCode::request(Fcb::Inactive, RequestFunction::FdlStatus);
+        self.hear_telegram(Telegram::no_data(at(TS), at(master), fc));
+        let asked = self.now;
+        let sent = self.quiet(bits(TSL - 20));
+        assert_eq!(sent.len(), 1, "one answer");
+        assert!(sent[0].0 - asked >= bits(TSDR), "not before min Tsdr");
+        sent[0].1.clone()
+    }
+
+    fn request(&mut self, sa: u8, da: u8, function: RequestFunction) -> Vec<Sent> {
+        self.quiet(bits(TID1));
+        let fc = FunctionCode::request(Fcb::First, function);
+        self.hear_telegram(Telegram::no_data(at(da), at(sa), fc));
+        self.quiet(bits(TSL - 20))
+    }
+}
+
+fn token(sa: u8, da: u8) -> Vec<u8> {
+    vec![0xDC, da, sa]
+}
+
+/// Station type of an answer: SD1, DA, SA, FC with the type in bits 5 and 4 (IEC 61158-4-3).
+fn station_type(answer: &[u8]) -> StationType {
+    assert_eq!((answer[0], answer[2]), (0x10, TS));
+    match FunctionCode::from_octet(answer[3]) {
+        FunctionCode::Response {
+            station,
+            function: ResponseFunction::Ok,
+        } => station,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_listener_is_not_ready_before_it_has_heard_two_identical_rotations() {
+    let mut bench = Bench::new();
+    assert_eq!(station_type(&bench.status_of(1)), StationType::MasterNotReady);
+    bench.hear_rotations(1);
+    assert_eq!(station_type(&bench.status_of(1)), StationType::MasterNotReady);
+    assert_eq!(bench.station.state(), FdlState::ListenToken);
+    bench.hear_rotations(1);
+    // Asked by somebody who is not its predecessor it is ready, but this is no invitation.
+    assert_eq!(station_type(&bench.status_of(7)), StationType::MasterReady);
+    assert_eq!(bench.station.state(), FdlState::ListenToken);
+    assert_eq!(station_type(&bench.status_of(1)), StationType::MasterReady);
+    assert_eq!(bench.station.state(), FdlState::ActiveIdle);
+    // The answer may have been lost: until the token has come it stays ready.
+    assert_eq!(station_type(&bench.status_of(1)), StationType::MasterReady);
+}
+
+#[test]
+fn a_member_answers_that_it_is_in_the_ring() {
+    let mut bench = Bench::member();
+    assert_eq!(station_type(&bench.status_of(1)), StationType::MasterInRing);
+}
+
+#[test]
+fn an_answer_is_withdrawn_when_somebody_speaks_before_it() {
+    let mut bench = Bench::member();
+    bench.quiet(bits(TID1));
+    let fc = FunctionCode::request(Fcb::Inactive, RequestFunction::FdlStatus);
+    bench.hear_telegram(Telegram::no_data(at(TS), at(1), fc));
+    bench.quiet(bits(5));
+    bench.hear(&[0xE5]);
+    assert_eq!(bench.quiet(bits(TSL)), []);
+}
+
+#[test]
+fn a_listener_answers_nothing_else_and_a_member_refuses_what_it_does_not_serve() {
+    let mut bench = Bench::new();
+    bench.hear_rotations(2);
+    assert_eq!(bench.request(1, TS, RequestFunction::SrdLow), []);
+    assert_eq!(bench.token(1, TS), [[0; 0]; 0], "nor does it take the token");
+    let mut bench = Bench::member();
+    for function in [
+        RequestFunction::SrdLow,
+        RequestFunction::SrdHigh,
+        RequestFunction::SdaLow,
+    ] {
+        let sent = bench.request(1, TS, function);
+        // RS = 3, station type "in the ring" = 3.
+        assert_eq!(sent[0].1[..4], [0x10, 1, TS, 0x33]);
+    }
+    assert_eq!(bench.request(1, TS, RequestFunction::SdnHigh), []);
+    assert_eq!(bench.request(1, 9, RequestFunction::SrdLow), [], "to somebody else");
+}
+
+#[test]
+fn the_token_is_taken_from_the_predecessor_at_once_and_from_a_stranger_when_repeated() {
+    let mut bench = Bench::member();
+    assert_eq!(bench.token(1, TS), [token(TS, 1)]);
+    bench.token(1, 1);
+    let none: [Vec<u8>; 0] = [];
+    assert_eq!(bench.token(3, TS), none);
+    assert_eq!(bench.station.state(), FdlState::ActiveIdle);
+    // Between 3 and 5 there is nobody; 1 stays the successor.
+    assert_eq!(bench.token(3, TS), [token(TS, 1)]);
+    assert!(bench.station.las().contains(at(3)));
+}
+
+#[test]
+fn a_spoiled_token_is_none() {
+    let mut bench = Bench::member();
+    bench.quiet(bits(TID1));
+    let one = BAUD.characters(1);
+    bench.now += one;
+    bench.station.handle_octets(bench.now, &[0xDC], &mut bench.user);
+    bench.now += one;
+    bench
+        .station
+        .handle_line_error(bench.now, LineError::Parity, &mut bench.user);
+    bench.now += one;
+    bench.station.handle_octets(bench.now, &[1], &mut bench.user);
+    assert_eq!(bench.quiet(bits(TSL)), []);
+    // The repetition is taken.
+    bench.hear(&token(1, TS));
+    assert_eq!(bench.quiet(bits(TSL))[0].1, token(TS, 1));
+}
+
+#[test]
+fn a_token_is_repeated_twice_after_a_slot_time_each_and_then_the_successor_is_gone() {
+    let mut bench = Bench::member();
+    bench.quiet(bits(TID1));
+    bench.hear(&token(1, TS));
+    let sent = bench.quiet(bits(2_000));
+    let tokens: Vec<_> = sent.iter().map(|(_, octets)| octets.clone()).collect();
+    assert_eq!(tokens[..4], [token(TS, 1), token(TS, 1), token(TS, 1), token(TS, TS)]);
+    for pair in sent[..3].windows(2) {
+        let pause = pair[1].0 - pair[0].0 - BAUD.characters(3);
+        assert!(
+            pause >= bits(TSL) && pause <= bits(TSL) + Duration::from_nanos(2),
+            "{pause}"
+        );
+    }
+    assert_eq!(bench.user.events, [RingEvent::StationLeft(at(1))]);
+}
+
+#[test]
+fn any_character_within_the_slot_time_says_that_the_token_is_taken() {
+    let mut bench = Bench::member();
+    bench.token(1, TS);
+    assert_eq!(bench.station.state(), FdlState::CheckTokenPass);
+    bench.now += BAUD.characters(1);
+    bench
+        .station
+        .handle_line_error(bench.now, LineError::Framing, &mut bench.user);
+    assert_eq!(bench.station.state(), FdlState::ActiveIdle);
+    assert_eq!(bench.quiet(bits(3 * TSL)), []);
+}
+
+#[test]
+fn a_member_that_hears_nothing_for_ttimeout_claims_the_token_and_knows_the_ring() {
+    let mut bench = Bench::member();
+    let silent = bench.now;
+    // The last telegram ended a slot time less 20 bits ago; (6 + 2·5)·Tsl in all (EN 50170-2 part 4).
+    let sent = bench.quiet(bits((6 + 2 * u64::from(TS)) * TSL));
+    assert_eq!(bench.user.events[..2], [RingEvent::TokenLost, RingEvent::Claimed]);
+    assert_eq!(sent[0].1, token(TS, 1), "no initialisation: the list is still valid");
+    assert!(sent[0].0 + bits(TSL) - silent >= bits(16 * TSL));
+}
+
+#[test]
+fn passed_over_in_two_rotations_a_member_leaves_and_listens() {
+    let mut bench = Bench::member();
+    // 1 → 1 in `member` was the first.
+    bench.token(1, 1);
+    assert_eq!(bench.station.state(), FdlState::ListenToken);
+    assert_eq!(bench.user.events, [RingEvent::Left(LeaveCause::Excluded)]);
+    assert_eq!(station_type(&bench.status_of(1)), StationType::MasterNotReady);
+}
+
+#[test]
+fn the_own_address_heard_twice_sends_a_station_offline_and_later_back_to_listen() {
+    for member in [false, true] {
+        let mut bench = if member { Bench::member() } else { Bench::new() };
+        bench.token(TS, 1);
+        assert_ne!(bench.station.state(), FdlState::Offline, "once may be an error");
+        bench.token(TS, 1);
+        assert_eq!(bench.station.state(), FdlState::Offline);
+        assert_eq!(bench.user.events[0], RingEvent::DuplicateAddress);
+        let left = bench
+            .user
+            .events
+            .contains(&RingEvent::Left(LeaveCause::DuplicateAddress));
+        assert_eq!(left, member);
+        let none: [Vec<u8>; 0] = [];
+        assert_eq!(bench.token(1, TS), none, "it neither hears nor speaks");
+        bench.quiet(Duration::from_millis(1_000));
+        assert_eq!(bench.station.state(), FdlState::ListenToken);
+    }
+}
+
+#[test]
+fn another_masters_request_ends_the_own_one() {
+    let mut bench = Bench::member();
+    bench.user.requests = vec![RequestFunction::SrdHigh];
+    let sent = bench.token(1, TS);
+    assert_eq!(sent[0][0], 0x68);
+    assert_eq!(bench.station.state(), FdlState::AwaitDataResponse);
+    let fc = FunctionCode::request(Fcb::First, RequestFunction::SrdHigh);
+    bench.hear_telegram(Telegram::no_data(at(41), at(1), fc));
+    assert_eq!(bench.station.state(), FdlState::ActiveIdle);
+    assert_eq!(bench.user.outcomes, ["Aborted"]);
+    assert_eq!(bench.user.events, [RingEvent::SecondToken(at(1))]);
+    assert_eq!(bench.quiet(bits(3 * TSL)), []);
+}
+
+#[test]
+fn a_request_is_repeated_up_to_the_retry_limit_0_to_8() {
+    for retry_limit in 0..=8 {
+        let params = BusParams {
+            retry_limit,
+            hsa: at(0),
+            ..BusParams::standard(BAUD)
+        };
+        let mut bench = Bench::with_params(params);
+        bench.user.requests = vec![RequestFunction::SdaLow];
+        bench.user.repeat = Some(Repeat::UpToLimit);
+        let sent = bench.quiet(bits(16 * TSL + 12 * 500));
+        let requests = sent.iter().filter(|(_, octets)| octets[0] == 0x68).count();
+        assert_eq!(requests, usize::from(retry_limit) + 1);
+        assert_eq!(bench.user.outcomes, ["NoAnswer"]);
+    }
+}
+
+#[test]
+fn sda_srd_and_sdn_end_with_their_own_confirmation() {
+    let mut bench = Bench::member();
+    bench.user.requests = vec![
+        RequestFunction::SdnLow,
+        RequestFunction::SdaHigh,
+        RequestFunction::SrdLow,
+    ];
+    // SDN, then after Tid2 = max Tsdr = 150 the next.
+    bench.quiet(bits(TID1));
+    bench.hear(&token(1, TS));
+    let sent = bench.quiet(bits(550));
+    assert_eq!(sent.len(), 2, "{sent:?}");
+    bench.hear(&[0xE5]);
+    assert_eq!(bench.quiet(bits(TID1 + 11 * 11 + TSDR)).len(), 1);
+    let fc = FunctionCode::response(StationType::Slave, ResponseFunction::DataLow);
+    bench.hear_telegram(Telegram::Data {
+        header: Header::new(at(TS), at(40), fc),
+        data: &[9],
+    });
+    assert_eq!(bench.user.outcomes, ["Sent", "Acknowledged", "Response"]);
+}
+
+/// A member whose last token came so long ago that nothing of Ttr is left.
+fn late() -> Bench {
+    let mut bench = Bench::member();
+    let t_tr = u64::from(bench.station.params().t_tr.0);
+    let mut passed = 0;
+    while passed <= t_tr {
+        // Others are busy.
+        bench.request(1, 41, RequestFunction::SrdHigh);
+        passed += 66 + TSL - 20 + TID1;
+    }
+    bench
+}
+
+#[test]
+fn a_token_in_time_is_for_both_priorities() {
+    let mut bench = Bench::member();
+    bench.user.requests = vec![
+        RequestFunction::SdnLow,
+        RequestFunction::SdnHigh,
+        RequestFunction::SdnLow,
+    ];
+    bench.quiet(bits(TID1));
+    bench.hear(&token(1, TS));
+    bench.quiet(bits(3 * (11 * 11 + 150) + 200));
+    assert_eq!(bench.user.outcomes, ["Sent"; 3]);
+    assert!(bench.user.asked.iter().all(|access| *access == Access::Any));
+}
+
+#[test]
+fn a_late_token_is_for_one_request_of_high_priority() {
+    let mut bench = late();
+    bench.user.requests = vec![RequestFunction::SdnHigh; 3];
+    bench.quiet(bits(TID1));
+    bench.hear(&token(1, TS));
+    // Tid1, SD2 of eleven characters, and after Tid2 = 150 the token.
+    let sent = bench.quiet(bits(550));
+    assert_eq!(sent.len(), 2);
+    assert_eq!((sent[0].1[0], &sent[1].1), (0x68, &token(TS, 1)));
+    assert_eq!(bench.user.asked, [Access::High]);
+    assert_eq!(bench.user.requests.len(), 2, "they wait for the next token");
+    // The rotation behind that one was short: both go out.
+    bench.token(1, TS);
+    bench.quiet(bits(500));
+    assert_eq!(bench.user.requests, []);
+}
+
+#[test]
+fn a_late_token_is_not_for_low_priority_and_is_passed_at_once() {
+    let mut bench = late();
+    bench.user.requests = vec![RequestFunction::SrdLow];
+    assert_eq!(bench.token(1, TS), [token(TS, 1)]);
+    assert_eq!(bench.user.outcomes, [""; 0]);
+    let rotation = bench.station.statistics().longest_rotation;
+    assert!(rotation > bits(78_000), "Trr {rotation}");
+    // With the next one there is time.
+    let sent = bench.token(1, TS);
+    assert_eq!(sent[0][0], 0x68);
+}
+
+#[test]
+fn hold_time_used_up_by_high_priority_leaves_none_for_low() {
+    // Ttr 700: one SDN of 121 bits with Tid2 = 150 and the pause before it leave room for two more at most.
+    let params = BusParams {
+        t_tr: BitTimes(700),
+        hsa: at(10),
+        ..BusParams::standard(BAUD)
+    };
+    let mut bench = Bench::with_params(params);
+    bench.hear_rotations(2);
+    bench.status_of(1);
+    bench.user.requests = vec![
+        RequestFunction::SdnHigh,
+        RequestFunction::SdnHigh,
+        RequestFunction::SdnHigh,
+        RequestFunction::SdnLow,
+    ];
+    bench.quiet(bits(TID1));
+    bench.hear(&token(1, TS));
+    let received = bench.now;
+    let sent = bench.quiet(bits(1_200));
+    // 37, 308, 579 are before 700; the fourth would begin at 850.
+    let starts: Vec<_> = sent.iter().map(|(at, _)| BAUD.bits(*at - received)).collect();
+    assert_eq!(starts[..3], [37, 308, 579]);
+    assert_eq!(sent[3].1, token(TS, 1));
+    assert_eq!(bench.user.requests, [RequestFunction::SdnLow]);
+}
+
+/// Something on the line.
+#[derive(Debug, Clone)]
+enum Heard {
+    Token(u8, u8),
+    Status(u8, u8),
+    Request(u8, u8),
+    Octets(Vec<u8>),
+    Error,
+}
+
+fn heard() -> impl Strategy<Value = Heard> {
+    let address = || prop::sample::select(vec![0u8, 1, 4, TS, 7, 40, 126]);
+    prop_oneof![
+        4 => (address(), address()).prop_map(|(sa, da)| Heard::Token(sa, da)),
+        2 => (address(), address()).prop_map(|(sa, da)| Heard::Status(sa, da)),
+        2 => (address(), address()).prop_map(|(sa, da)| Heard::Request(sa, da)),
+        1 => prop::collection::vec(any::<u8>(), 1..20).prop_map(Heard::Octets),
+        1 => Just(Heard::Error),
+    ]
+}
+
+proptest! {
+    /// Whatever is heard: deadlines move on, nothing is sent within Tsyn behind a character that was heard, and when the line falls
+    /// silent the station works alone.
+    #[test]
+    fn whatever_it_hears_a_station_keeps_its_times_and_works_when_the_others_are_gone(
+        sequence in prop::collection::vec((heard(), prop_oneof![Just(TID1), 12u64..400, 1_000u64..9_000]), 0..60),
+    ) {
+        let mut bench = Bench::new();
+        for (heard, pause) in sequence {
+            let silent = bench.now;
+            for (at, octets) in bench.quiet(bits(pause)) {
+                // An answer has min Tsdr, everything else Tid1, which holds Tsyn = 33.
+                let least = if octets[0] == 0x10 && octets[2] == TS && octets[3] & 0x40 == 0 { TSDR } else { 33 };
+                prop_assert!(at - silent >= bits(least));
+            }
+            prop_assert!(bench.station.poll_timeout().is_none_or(|due| due > bench.now));
+            match heard {
+                Heard::Token(sa, da) => bench.hear(&token(sa, da)),
+                Heard::Status(sa, da) => {
+                    let fc = FunctionCode::request(Fcb::Inactive, RequestFunction::FdlStatus);
+                    bench.hear_telegram(Telegram::no_data(at(da), at(sa), fc));
+                }
+                Heard::Request(sa, da) => {
+                    let fc = FunctionCode::request(Fcb::First, RequestFunction::SrdHigh);
+                    bench.hear_telegram(Telegram::no_data(at(da), at(sa), fc));
+                }
+                Heard::Octets(octets) => bench.hear(&octets),
+                Heard::Error => {
+                    bench.now += BAUD.characters(1);
+                    bench.station.handle_line_error(bench.now, LineError::Framing, &mut bench.user);
+                }
+            }
+        }
+        // The pause after a duplicate address, Ttimeout, and every address that was heard offered the token three times.
+        bench.quiet(Duration::from_millis(1_000));
+        bench.quiet(bits((6 + 2 * u64::from(TS)) * TSL + 255 * 11 + 8 * 3 * (TSL + 33) + 10_000));
+        prop_assert_eq!(bench.station.las().iter().collect::<Vec<_>>(), [at(TS)]);
+        prop_assert!(bench.station.is_in_ring());
+    }
+}

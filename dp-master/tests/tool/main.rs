@@ -1,0 +1,14 @@
+//! The program `dp`, a file for each of its commands.
+#![allow(
+    clippy::unwrap_used,
+    reason = "clippy allows it in test functions only, not in their helpers"
+)]
+
+mod busparam;
+mod common;
+mod decode;
+mod info;
+mod records;
+mod run;
+mod sniff;
+mod stations;
