@@ -4,6 +4,7 @@
     reason = "clippy allows it in test functions only, not in their helpers"
 )]
 
+mod control;
 mod error_detection;
 mod pretty;
 mod telegram;
