@@ -1,6 +1,6 @@
 //! The thread behind the pages: it lets the machine go on, tells the pages what is to be seen and takes their orders.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -11,6 +11,7 @@ use dp_master::wire::{Hex, Pretty};
 use tokio::sync::mpsc;
 
 use super::capture::Capture;
+use super::hub::Hub;
 use super::live::Live;
 use super::protocol::{Frame, Hello, Order, Told};
 use super::simulated::Plant;
@@ -89,22 +90,36 @@ impl Engine {
 
     fn run(source: Box<dyn Source>, capture: Capture) -> Self {
         let (orders, received) = channel();
-        let hub = Hub {
-            source,
-            clients: HashMap::new(),
-            control: None,
-            seq: 0,
-        };
+        let hub = Hub::new(source);
         // Without a thread there is nobody to take orders; pages are told that the engine has ended.
         let _ = thread::Builder::new()
             .name("panel-engine".to_owned())
-            .spawn(move || hub.run(&received));
+            .spawn(move || run(hub, &received));
         Self { orders, capture }
     }
 
     /// Hands something over; `false` when the engine has ended.
     pub(super) fn send(&self, what: ToEngine) -> bool {
         self.orders.send(what).is_ok()
+    }
+}
+
+/// The thread's own: orders as they come, a frame when it is due.
+fn run(mut hub: Hub, orders: &Receiver<ToEngine>) {
+    let mut next = Instant::now();
+    loop {
+        loop {
+            match orders.try_recv() {
+                Ok(what) => hub.handle(what),
+                Err(TryRecvError::Empty) => break,
+                // Nobody can ever want anything again.
+                Err(TryRecvError::Disconnected) => return,
+            }
+        }
+        hub.turn(FRAME);
+        // What takes longer than it may is not made up for: the machine is slower then.
+        next = (next + FRAME).max(Instant::now());
+        thread::sleep(next.saturating_duration_since(Instant::now()));
     }
 }
 
@@ -145,141 +160,4 @@ pub(super) trait Source: Send {
     fn poll_told(&mut self) -> Option<(ClientId, Told)> {
         None
     }
-}
-
-/// Pages, and who of them may change something.
-struct Hub {
-    source: Box<dyn Source>,
-    clients: HashMap<ClientId, mpsc::Sender<Arc<str>>>,
-    control: Option<ClientId>,
-    seq: u64,
-}
-
-impl Hub {
-    fn run(mut self, orders: &Receiver<ToEngine>) {
-        let mut next = Instant::now();
-        loop {
-            loop {
-                match orders.try_recv() {
-                    Ok(what) => self.handle(what),
-                    Err(TryRecvError::Empty) => break,
-                    // Nobody can ever want anything again.
-                    Err(TryRecvError::Disconnected) => return,
-                }
-            }
-            self.source.advance(FRAME);
-            while let Some((id, told)) = self.source.poll_told() {
-                self.tell(id, &told);
-            }
-            self.tell_frame();
-            // What takes longer than it may is not made up for: the machine is slower then.
-            next = (next + FRAME).max(Instant::now());
-            thread::sleep(next.saturating_duration_since(Instant::now()));
-        }
-    }
-
-    fn tell_frame(&mut self) {
-        let frame = self.source.frame(self.seq);
-        self.seq += 1;
-        self.tell_all(&Told::Frame(Box::new(frame)));
-    }
-
-    /// A page whose queue is full takes nothing any more: it is dropped.
-    fn tell_all(&mut self, told: &Told) {
-        if self.clients.is_empty() {
-            return;
-        }
-        let Some(text) = text_of(told) else { return };
-        let mut gone = Vec::new();
-        for (id, client) in &self.clients {
-            if client.try_send(Arc::clone(&text)).is_err() {
-                gone.push(*id);
-            }
-        }
-        for id in gone {
-            self.leave(id);
-        }
-    }
-
-    fn tell(&mut self, id: ClientId, told: &Told) {
-        let is_gone = match (self.clients.get(&id), text_of(told)) {
-            (Some(client), Some(text)) => client.try_send(text).is_err(),
-            _ => false,
-        };
-        if is_gone {
-            self.leave(id);
-        }
-    }
-
-    fn tell_control(&mut self) {
-        let ids: Vec<_> = self.clients.keys().copied().collect();
-        for id in ids {
-            let told = Told::Control {
-                yours: self.control == Some(id),
-                taken: self.control.is_some(),
-            };
-            self.tell(id, &told);
-        }
-    }
-
-    fn leave(&mut self, id: ClientId) {
-        self.clients.remove(&id);
-        if self.control == Some(id) {
-            self.control = None;
-            self.tell_control();
-        }
-    }
-
-    fn handle(&mut self, what: ToEngine) {
-        match what {
-            ToEngine::Joined(id, client) => {
-                self.clients.insert(id, client);
-                self.tell(id, &Told::Hello(Box::new(self.source.hello())));
-                // Who is alone need not ask.
-                if self.control.is_none() {
-                    self.control = Some(id);
-                }
-                self.tell_control();
-            }
-            ToEngine::Left(id) => self.leave(id),
-            ToEngine::Wants(id, order) => {
-                let answer = if self.control == Some(id) || order.only_looks() {
-                    self.obey(id, order)
-                } else {
-                    Err("another page has the control; take it over there, or wait until it is given up".to_owned())
-                };
-                let told = match answer {
-                    Ok(None) => return,
-                    Ok(Some(told)) => told,
-                    Err(why) => Told::Refused { why },
-                };
-                self.tell(id, &told);
-            }
-        }
-    }
-
-    fn obey(&mut self, id: ClientId, order: Order) -> Result<Option<Told>, String> {
-        match order {
-            Order::TakeControl => {
-                if self.control.is_some_and(|holder| holder != id) {
-                    return Err("another page has the control; it must give it up first".to_owned());
-                }
-                self.control = Some(id);
-                self.tell_control();
-                Ok(None)
-            }
-            Order::ReleaseControl => {
-                if self.control == Some(id) {
-                    self.control = None;
-                    self.tell_control();
-                }
-                Ok(None)
-            }
-            order => self.source.obey(id, order),
-        }
-    }
-}
-
-fn text_of(told: &Told) -> Option<Arc<str>> {
-    serde_json::to_string(told).ok().map(Arc::from)
 }

@@ -13,6 +13,8 @@ mod capture;
 mod codes;
 mod engine;
 mod feeds;
+pub mod hand_turned;
+mod hub;
 mod inputs;
 mod live;
 pub mod protocol;
@@ -23,4 +25,5 @@ mod stations;
 
 pub use access::{Access, AccessRefused, PanelError};
 pub use engine::Engine;
+pub use hand_turned::HandTurned;
 pub use server::{Machine, Panel, serve};
