@@ -15,6 +15,7 @@ pub(crate) mod decoder;
 pub(crate) mod gsd;
 pub(crate) mod input;
 pub(crate) mod master;
+pub(crate) mod panel;
 pub(crate) mod parameter_channel;
 pub(crate) mod slave;
 pub(crate) mod system_bus;

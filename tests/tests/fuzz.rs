@@ -122,6 +122,77 @@ fn the_corpus_of_the_can_messages_is_clean() {
     replay("can_messages", bodies::can_messages::run);
 }
 
+#[test]
+fn the_corpus_of_the_panel_is_clean() {
+    replay("panel", bodies::panel::run);
+}
+
+/// Pages that come and go, orders with any values, broken ones, and frames that pass.
+fn page_lines() -> impl Strategy<Value = Vec<u8>> {
+    let number = prop_oneof![
+        prop::sample::select(vec!["0", "1", "-1", "3", "100", "1e-4", "-3", "101", "1e999", "null"])
+            .prop_map(str::to_owned),
+        any::<i32>().prop_map(|value| value.to_string()),
+        any::<f64>().prop_map(|value| value.to_string()),
+    ];
+    let name = prop::sample::select(vec![
+        "enable",
+        "pos_start",
+        "read_mark",
+        "distance",
+        "velocity",
+        "OC2",
+        "EEr",
+        "C0061",
+        "C1301/1",
+        "C0002",
+        "C9999",
+        "1200.0",
+        "x",
+        "",
+    ]);
+    let order = (
+        prop::sample::select(vec![
+            r#"{"do":"take_control"}"#,
+            r#"{"do":"release_control"}"#,
+            r#"{"do":"speed","factor":N}"#,
+            r#"{"do":"step","ms":N}"#,
+            r#"{"do":"set","input":"S","value":N}"#,
+            r#"{"do":"start"}"#,
+            r#"{"do":"rethread","printed":true}"#,
+            r#"{"do":"blank_mark"}"#,
+            r#"{"do":"live_list"}"#,
+            r#"{"do":"noise","bit_error_rate":N}"#,
+            r#"{"do":"cable","plugged":false}"#,
+            r#"{"do":"second_master","present":true}"#,
+            r#"{"do":"mains","on":false}"#,
+            r#"{"do":"terminal28","high":false}"#,
+            r#"{"do":"load","nm":N}"#,
+            r#"{"do":"fault","name":"S","present":true}"#,
+            r#"{"do":"read_code","code":"S"}"#,
+            r#"{"do":"write_code","code":"S","value":"N"}"#,
+            r#"{"do":"channels","names":["S","position"]}"#,
+        ]),
+        name,
+        number,
+    )
+        .prop_map(|(order, name, number)| order.replace('S', name).replace('N', &number));
+    let said = prop_oneof![
+        8 => order,
+        4 => Just("+".to_owned()),
+        1 => Just("-".to_owned()),
+        2 => Just(String::new()),
+        1 => "[^\n]{0,20}",
+    ];
+    prop::collection::vec((0..4_u8, said), 0..25).prop_map(|lines| {
+        lines
+            .iter()
+            .map(|(page, said)| format!("{page}{said}\n"))
+            .collect::<String>()
+            .into_bytes()
+    })
+}
+
 /// Lines of the four kinds of files, in any order and with anything between; the first octet is the kind.
 fn file_lines() -> impl Strategy<Value = Vec<u8>> {
     let known = [
@@ -210,6 +281,11 @@ proptest! {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn pages_that_say_anything_leave_a_panel_that_goes_on(octets in page_lines()) {
+        bodies::panel::run(&octets);
+    }
 
     #[test]
     fn a_node_of_the_system_bus_survives_anything_and_answers_again(octets in octets(200)) {
