@@ -196,6 +196,23 @@ fn the_whole_job(way: &[&str], scratch: &Scratch) {
 }
 
 #[test]
+fn a_place_where_nothing_can_be_kept_is_told_before_a_drive_is_asked() {
+    let output = lenze9300(&[
+        "param",
+        "save",
+        "/nonexistent-directory/x.toml",
+        "--port",
+        "/nonexistent-directory/port",
+    ]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        complained(&output).contains("/nonexistent-directory/x.toml cannot be written"),
+        "{}",
+        complained(&output)
+    );
+}
+
+#[test]
 fn codes_over_the_system_bus() {
     let bus = Bus::new();
     let _drive = Served::new(&["--can", &bus.name, "--node", "7"]);

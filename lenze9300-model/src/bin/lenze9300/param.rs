@@ -1,7 +1,7 @@
 //! `lenze9300 param`: codes of a drive read, written, listed, saved, loaded and compared.
 
 use std::fs;
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, Write as _};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
@@ -14,6 +14,7 @@ use lenze9300_model::code::{
 use serde::Serialize;
 
 use crate::outcome::{Done, Failed, say};
+use crate::provisional::Provisional;
 use crate::way::WayArgs;
 
 /// What `lenze9300 param` takes.
@@ -151,7 +152,11 @@ pub(crate) fn param(args: &ParamArgs) -> Result<Done, Failed> {
             write(access, settings, *store, common.json)
         }
         ParamCommand::List { all, common } => list(&mut common.way.open()?, *all, common.json),
-        ParamCommand::Save { into, common } => save(&mut common.way.open()?, into, common.json),
+        ParamCommand::Save { into, common } => {
+            // The file first: nobody waits for hundreds of codes to learn that they cannot be kept.
+            let file = Provisional::create(into)?;
+            save(&mut common.way.open()?, into, file, common.json)
+        }
         ParamCommand::Load { from, store, common } => {
             // The file first: a mistake in it is found before anything is written.
             let settings = settings_of(from)?;
@@ -245,14 +250,14 @@ fn list(access: &mut impl ParameterAccess, all: bool, json: bool) -> Result<Done
     Ok(tell_unread(&rows))
 }
 
-fn save(access: &mut impl ParameterAccess, into: &Path, json: bool) -> Result<Done, Failed> {
-    let (codes, done) = read_store(access)?;
+fn save(access: &mut impl ParameterAccess, into: &Path, file: Provisional, json: bool) -> Result<Done, Failed> {
+    let drive = DriveCodes::read(access)?;
     let factory = CodeStore::factory();
-    let text = write_parameter_file(&codes, &factory);
-    fs::write(into, text).map_err(|error| format!("{} cannot be written: {error}", into.display()))?;
+    let text = write_parameter_file(&drive.store, &factory);
+    file.keep(|out| out.write_all(text.as_bytes()))?;
     let saved = Saved {
         file: into,
-        codes: codes.differences(&factory).count(),
+        codes: drive.store.differences(&factory).count(),
     };
     if json {
         print_json(&saved)?;
@@ -263,7 +268,7 @@ fn save(access: &mut impl ParameterAccess, into: &Path, json: bool) -> Result<Do
             into.display()
         ))?;
     }
-    Ok(done)
+    Ok(drive.done())
 }
 
 /// What was written into a parameter file.
@@ -284,21 +289,8 @@ struct DifferenceRow {
 }
 
 fn compare(access: &mut impl ParameterAccess, expected: &CodeStore, json: bool) -> Result<Done, Failed> {
-    let (codes, done) = read_store(access)?;
-    let rows: Vec<_> = codes
-        .differences(expected)
-        .map(|difference| {
-            let place = CodePlace::new(difference.code, difference.subcode);
-            DifferenceRow {
-                code: difference.code,
-                subcode: difference.subcode,
-                drive: place.decimal(difference.here),
-                expected: place.decimal(difference.there),
-                unit: place.entry().map_or("", |entry| entry.unit),
-                meaning: place.entry().map_or("", |entry| entry.name),
-            }
-        })
-        .collect();
+    let drive = DriveCodes::read(access)?;
+    let rows = differences(&drive, expected);
     if json {
         print_json(&rows)?;
     } else {
@@ -314,29 +306,73 @@ fn compare(access: &mut impl ParameterAccess, expected: &CodeStore, json: bool) 
         text.push_str(&format!("{} {verb}", count(rows.len())));
         say(&text)?;
     }
-    Ok(if rows.is_empty() { done } else { Done::No })
+    Ok(if rows.is_empty() { drive.done() } else { Done::No })
 }
 
-/// The stored codes of a drive as a store, so that files and differences come out as everywhere else. Codes that could not be read
-/// keep their factory value in it; they are told, and the job is not done.
-fn read_store(access: &mut impl ParameterAccess) -> Result<(CodeStore, Done), Failed> {
-    let places: Vec<_> = places(|kind| kind == Kind::Stored).collect();
-    let mut store = CodeStore::factory();
-    let rows = rows(access, &places)?;
-    let done = tell_unread(&rows);
-    // The motor list first, for it resets other codes.
-    let motor_first = |row: &&Row| u8::from(row.code != 86);
-    let mut rows: Vec<_> = rows.iter().collect();
-    rows.sort_by_key(motor_first);
-    for row in rows {
-        let Some(raw) = row.raw else { continue };
-        if store.read(row.code, row.subcode) == Ok(raw) {
-            continue;
+/// Of what is not known nobody can say that it differs; it has been told.
+fn differences(drive: &DriveCodes, expected: &CodeStore) -> Vec<DifferenceRow> {
+    let places = drive.store.differences(expected);
+    let places = places.map(|difference| (CodePlace::new(difference.code, difference.subcode), difference));
+    places
+        .filter(|(place, _)| drive.is_known(*place))
+        .map(|(place, difference)| DifferenceRow {
+            code: difference.code,
+            subcode: difference.subcode,
+            drive: place.decimal(difference.here),
+            expected: place.decimal(difference.there),
+            unit: place.entry().map_or("", |entry| entry.unit),
+            meaning: place.entry().map_or("", |entry| entry.name),
+        })
+        .collect()
+}
+
+/// The stored codes of a drive as a store, so that files and differences come out as everywhere else.
+struct DriveCodes {
+    /// What is not known keeps its factory value in it.
+    store: CodeStore,
+    /// Codes that could not be read, and those whose value is none that the code table knows.
+    unknown: Vec<CodePlace>,
+}
+
+impl DriveCodes {
+    /// Reads them; what cannot be known is told.
+    fn read(access: &mut impl ParameterAccess) -> Result<Self, Failed> {
+        let places: Vec<_> = places(|kind| kind == Kind::Stored).collect();
+        let rows = rows(access, &places)?;
+        tell_unread(&rows);
+        let mut store = CodeStore::factory();
+        let mut unknown = Vec::new();
+        // The motor list first, for it resets other codes.
+        let motor_first = |row: &&Row| u8::from(row.code != 86);
+        let mut rows: Vec<_> = rows.iter().collect();
+        rows.sort_by_key(motor_first);
+        for row in rows {
+            let place = CodePlace::new(row.code, row.subcode);
+            let Some(raw) = row.raw else {
+                unknown.push(place);
+                continue;
+            };
+            if store.read(row.code, row.subcode) == Ok(raw) {
+                continue;
+            }
+            if let Err(error) = store.write(row.code, row.subcode, raw, Inhibit::Active) {
+                eprintln!(
+                    "lenze9300: {place} of the drive is {}, which is left out: {error}",
+                    place.show(raw)
+                );
+                unknown.push(place);
+            }
         }
-        // What the drive forms itself cannot be written and need not be.
-        let _ = store.write(row.code, row.subcode, raw, Inhibit::Active);
+        Ok(Self { store, unknown })
     }
-    Ok((store, done))
+
+    fn is_known(&self, place: CodePlace) -> bool {
+        !self.unknown.contains(&place)
+    }
+
+    fn done(&self) -> Done {
+        if self.unknown.is_empty() { Done::Yes } else { Done::No }
+    }
 }
 
 /// Tells which codes could not be read, with the drive's reason.
@@ -474,9 +510,46 @@ mod tests {
     #[test]
     fn a_drive_that_is_not_read_completely_is_not_equal_and_not_saved_completely() {
         let mut drive = Reserved(CodeStore::factory());
-        let (_, done) = read_store(&mut drive).expect("a refusal is no broken way");
-        assert_eq!(done, Done::No);
+        let codes = DriveCodes::read(&mut drive).expect("a refusal is no broken way");
+        assert_eq!((codes.done(), codes.unknown.as_slice()), (Done::No, &[KEPT_BACK][..]));
         let done = compare(&mut drive, &CodeStore::factory(), true).expect("as above");
         assert_eq!(done, Done::No);
+    }
+
+    #[test]
+    fn of_a_code_that_is_not_known_nobody_says_that_it_differs() {
+        let codes = DriveCodes::read(&mut Reserved(CodeStore::factory())).expect("a refusal is no broken way");
+        let mut expected = CodeStore::factory();
+        for (code, raw) in [(KEPT_BACK.code, 4000_0000), (12, 20_0000)] {
+            expected.write(code, 0, raw, Inhibit::Active).expect("within its range");
+        }
+        let told: Vec<_> = differences(&codes, &expected).iter().map(|row| row.code).collect();
+        assert_eq!(told, [12]);
+    }
+
+    /// A drive whose acceleration time lies outside the table's range, 0 to 999.9 s (9300 fact sheet, section 4.4).
+    struct Newer;
+
+    const NEWER: CodePlace = CodePlace::new(12, 0);
+
+    impl ParameterAccess for Newer {
+        fn read(&mut self, place: CodePlace) -> Result<i32, AccessError> {
+            if place == NEWER {
+                return Ok(1_000_0000);
+            }
+            Ok(CodeStore::factory()
+                .read(place.code, place.subcode)
+                .expect("a code of the table"))
+        }
+
+        fn write(&mut self, _: CodePlace, _: i32) -> Result<(), AccessError> {
+            unreachable!("nothing is written here")
+        }
+    }
+
+    #[test]
+    fn a_value_that_the_table_does_not_know_is_not_lost_in_silence() {
+        let codes = DriveCodes::read(&mut Newer).expect("all codes are read");
+        assert_eq!((codes.done(), codes.unknown.as_slice()), (Done::No, &[NEWER][..]));
     }
 }
