@@ -415,4 +415,46 @@ mod tests {
         assert_eq!(Instant::MAX + Duration::from_nanos(1), Instant::MAX);
         assert_eq!(Instant::from_nanos(7) - Instant::from_nanos(5), Duration::from_nanos(2));
     }
+
+    #[test]
+    fn spans_are_shown_in_microseconds_and_bits() {
+        for (nanos, shown) in [
+            (0, "0.000 µs"),
+            (1, "0.001 µs"),
+            (1_500, "1.500 µs"),
+            (12_034_056, "12034.056 µs"),
+        ] {
+            assert_eq!(Duration::from_nanos(nanos).to_string(), shown);
+        }
+        assert_eq!(BitTimes(11).to_string(), "11 tBIT");
+    }
+
+    #[test]
+    fn spans_saturate_instead_of_wrapping() {
+        let longest = Duration::from_nanos(u64::MAX);
+        assert_eq!(Duration::from_millis(u64::MAX), longest);
+        assert_eq!(Duration::from_micros(u64::MAX), longest);
+        assert_eq!(longest + Duration::from_nanos(1), longest);
+        assert_eq!(Duration::from_nanos(1) - Duration::from_nanos(2), Duration::default());
+        assert_eq!(
+            Duration::from_nanos(5) - Duration::from_nanos(2),
+            Duration::from_nanos(3)
+        );
+        assert_eq!(BitTimes(u32::MAX) + BitTimes(1), BitTimes(u32::MAX));
+        assert_eq!(BitTimes(2) + BitTimes(3), BitTimes(5));
+        let mut sum = Duration::from_micros(1);
+        sum += Duration::from_millis(1);
+        assert_eq!(sum.as_nanos(), 1_001_000);
+    }
+
+    #[test]
+    fn spans_of_the_system_are_the_same_spans() {
+        let span = core::time::Duration::from_micros(7);
+        assert_eq!(Duration::from(span), Duration::from_micros(7));
+        assert_eq!(core::time::Duration::from(Duration::from_micros(7)), span);
+        assert_eq!(
+            Duration::from(core::time::Duration::MAX),
+            Duration::from_nanos(u64::MAX)
+        );
+    }
 }

@@ -126,4 +126,31 @@ mod tests {
         assert!(image.replace(&[1]));
         assert_eq!(image, Octets::from_slice(&[1]).unwrap());
     }
+
+    #[test]
+    fn as_many_octets_as_fit_and_no_more() {
+        assert_eq!(Octets::<3>::zeroed(2).as_slice(), [0, 0]);
+        assert_eq!(Octets::<3>::zeroed(4).as_slice(), [0; 3]);
+        assert_eq!(Octets::<300>::zeroed(300).len(), 255);
+        assert!(Octets::<300>::from_slice(&[1; 255]).is_some());
+        assert_eq!(Octets::<300>::from_slice(&[1; 256]), None);
+        assert_eq!(Octets::<3>::default(), Octets::EMPTY);
+    }
+
+    #[test]
+    fn a_reset_leaves_nothing_of_what_was_there() {
+        let mut image: Octets<4> = Octets::from_slice(&[1, 2, 3, 4]).unwrap();
+        image.reset(1);
+        image.as_mut_slice()[0] = 9;
+        assert_eq!(image.as_slice(), [9]);
+        image.reset(4);
+        assert_eq!(image.as_slice(), [0; 4]);
+    }
+
+    #[test]
+    fn octets_are_shown_as_they_stand_in_a_capture() {
+        let image: Octets<4> = Octets::from_slice(&[0x01, 0xA0, 0xFF]).unwrap();
+        assert_eq!(format!("{image:?}"), "01 A0 FF");
+        assert_eq!(format!("{:?}", Octets::<4>::EMPTY), "");
+    }
 }

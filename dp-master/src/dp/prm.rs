@@ -219,4 +219,37 @@ mod tests {
         let prm = SetPrm::parse(&OCTETS).unwrap();
         assert!(prm.encode(&mut [0; 9]).is_err());
     }
+
+    #[test]
+    fn sync_freeze_and_watchdog_are_bits_5_4_and_3() {
+        let mut octets = OCTETS;
+        for (status, sync, freeze, watchdog) in [
+            (0x20, true, false, false),
+            (0x10, false, true, false),
+            (0x08, false, false, true),
+            (0xC7, false, false, false),
+        ] {
+            octets[0] = status;
+            let prm = SetPrm::parse(&octets).unwrap();
+            let got = (prm.sync_requested(), prm.freeze_requested(), prm.watchdog_on());
+            assert_eq!(got, (sync, freeze, watchdog), "{status:02X}");
+            assert_eq!(prm.watchdog().is_some(), watchdog);
+        }
+        // A factor of 0 is no time.
+        octets[..2].copy_from_slice(&[0x08, 0]);
+        assert_eq!(SetPrm::parse(&octets).unwrap().watchdog(), None);
+    }
+
+    #[test]
+    fn the_longest_fits_a_telegram_and_no_longer_one_is_made_or_read() {
+        let user = [0; 238];
+        let mut buf = [0; 256];
+        let mut prm = SetPrm::parse(&OCTETS).unwrap();
+        prm.user = &user[..237];
+        assert_eq!(prm.encode(&mut buf), Ok(244));
+        assert_eq!(SetPrm::parse(&buf[..244]), Ok(prm));
+        assert_eq!(SetPrm::parse(&buf[..245]), Err(SetPrmError::TooLong { got: 245 }));
+        prm.user = &user;
+        assert_eq!(prm.encode(&mut buf), Err(SetPrmError::TooLong { got: 245 }));
+    }
 }

@@ -169,4 +169,27 @@ mod tests {
         );
         assert_eq!(parse(&[0; 245]), Err(SetSlaveAddError::TooLong { got: 245 }));
     }
+
+    #[test]
+    fn what_no_slave_could_read_is_not_written() {
+        let remaining = [0; 241];
+        let mut buf = [0; 256];
+        let mut request = SetSlaveAdd {
+            new_address: Address::new(125).unwrap(),
+            ident: 0x00DA,
+            lock: AddressLock::Changeable,
+            remaining: &remaining[..240],
+        };
+        assert_eq!(request.encode(&mut buf), Ok(244));
+        assert_eq!(SetSlaveAdd::parse(&buf[..244]), Ok(request));
+        assert_eq!(
+            request.encode(&mut buf[..243]),
+            Err(SetSlaveAddError::TooLong { got: 244 })
+        );
+        request.remaining = &remaining;
+        assert_eq!(request.encode(&mut buf), Err(SetSlaveAddError::TooLong { got: 245 }));
+        request.remaining = &[];
+        request.new_address = Address::new(126).unwrap();
+        assert_eq!(request.encode(&mut buf), Err(SetSlaveAddError::NewAddress { got: 126 }));
+    }
 }

@@ -197,4 +197,49 @@ mod tests {
         other.sa = Address::new(4).unwrap();
         assert_eq!(guard.judge(&other, &[1]), Novelty::New);
     }
+
+    #[test]
+    fn a_request_without_frame_count_is_new_and_so_is_what_follows() {
+        let mut guard = RetryGuard::default();
+        guard.judge(&request(Fcb::Low, None), &[1]);
+        assert_eq!(guard.judge(&request(Fcb::Inactive, None), &[1]), Novelty::New);
+        assert_eq!(guard.judge(&request(Fcb::Low, None), &[1]), Novelty::New);
+    }
+
+    #[test]
+    fn a_response_is_no_repetition_and_is_not_remembered() {
+        let mut guard = RetryGuard::new();
+        guard.judge(&request(Fcb::High, None), &[1]);
+        let mut response = request(Fcb::High, None);
+        response.fc = FunctionCode::from_octet(0x08);
+        assert_eq!(guard.judge(&response, &[1]), Novelty::New);
+        assert_eq!(guard.judge(&request(Fcb::High, None), &[1]), Novelty::Repetition);
+        guard.clear();
+        assert_eq!(guard.judge(&request(Fcb::High, None), &[1]), Novelty::New);
+    }
+
+    #[test]
+    fn the_first_contact_counts_as_one() {
+        let mut guard = RetryGuard::new();
+        guard.judge(&request(Fcb::First, None), &[1]);
+        // FCB is 1 in both: the answer to the first contact was lost and the master went on (EN 50170-2, part 4).
+        assert_eq!(guard.judge(&request(Fcb::High, None), &[1]), Novelty::Repetition);
+        guard.judge(&request(Fcb::First, None), &[1]);
+        assert_eq!(guard.judge(&request(Fcb::Low, None), &[1]), Novelty::New);
+    }
+
+    #[test]
+    fn an_access_point_more_or_less_is_another_request() {
+        let mut guard = RetryGuard::new();
+        guard.judge(&request(Fcb::Low, Some(62)), &[1]);
+        let mut other = request(Fcb::Low, Some(62));
+        other.ssap = Some(61);
+        assert_eq!(guard.judge(&other, &[1]), Novelty::New);
+        // With one access point alone it is no Data_Exchange: the data count.
+        let mut half = request(Fcb::High, None);
+        half.dsap = Some(55);
+        guard.judge(&half, &[1]);
+        assert_eq!(guard.judge(&half, &[2]), Novelty::New);
+        assert_eq!(guard.judge(&half, &[2]), Novelty::Repetition);
+    }
 }

@@ -10,6 +10,7 @@ mod auto_clear;
 mod bus_time;
 mod class2;
 mod common;
+mod configuration;
 mod control;
 mod cycle;
 mod diag_blocks;

@@ -4,8 +4,9 @@
 //! DP-V1 slave firmware, the refusals with the "DPV1 Error Codes" of the Beckhoff EL6731 manual.
 
 use dp_master::dp::v1::{
-    Abort, AddAck, Addresses, AlarmAck, AlarmSpecifier, AlarmType, DeviceAddress, EncodePduError, ErrorCode1, Features,
-    Function, Incident, Initiate, Initiated, PduError, Reply, Request, Resource, SendTimeout, V1Error, reason,
+    Abort, AddAck, Addresses, AlarmAck, AlarmSpecifier, AlarmType, DeviceAddress, EncodePduError, ErrorClass,
+    ErrorCode1, Features, Function, Incident, Initiate, Initiated, PduError, Reply, Request, Resource, SendTimeout,
+    V1Error, reason,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -297,5 +298,44 @@ proptest! {
                 let _ = reply.encode(&mut [0; 300]);
             }
         }
+    }
+}
+
+/// Codes and names: "DPV1 Error Codes" of the Beckhoff EL6731 manual; class in the upper four bits.
+#[test]
+fn each_error_code_has_its_name_and_class() {
+    let known = [
+        (0xA0, "read error"),
+        (0xA1, "write error"),
+        (0xA2, "module failure"),
+        (0xA8, "version conflict"),
+        (0xA9, "feature not supported"),
+        (0xB0, "invalid index"),
+        (0xB1, "write length error"),
+        (0xB2, "invalid slot"),
+        (0xB3, "type conflict"),
+        (0xB4, "invalid area"),
+        (0xB5, "state conflict"),
+        (0xB6, "access denied"),
+        (0xB7, "invalid range"),
+        (0xB8, "invalid parameter"),
+        (0xB9, "invalid type"),
+        (0xC0, "read constrain conflict"),
+        (0xC1, "write constrain conflict"),
+        (0xC2, "resource busy"),
+        (0xC3, "resource unavailable"),
+    ];
+    for octet in 0..=255 {
+        let name = known.iter().find(|(code, _)| *code == octet).map(|(_, name)| *name);
+        let code = ErrorCode1(octet);
+        assert_eq!((code.name(), code.code()), (name, octet & 0x0F), "{octet:02X}");
+        let class = match octet >> 4 {
+            0xA => ErrorClass::Application,
+            0xB => ErrorClass::Access,
+            0xC => ErrorClass::Resource,
+            0xD..=0xF => ErrorClass::User,
+            _ => ErrorClass::Reserved,
+        };
+        assert_eq!(code.class(), class, "{octet:02X}");
     }
 }

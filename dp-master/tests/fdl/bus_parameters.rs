@@ -552,6 +552,65 @@ fn each_broken_rule_of_chosen_parameters_is_named_and_none_hides_another() {
     );
 }
 
+/// One wrong value each, and what is found right behind it with the value set right (ranges: EN 50170-2, part 4, bus parameters).
+#[test]
+fn each_value_out_of_its_range_is_named_and_the_others_are_checked_all_the_same() {
+    let plc = [MasterLoad {
+        address: address(2),
+        slaves: &[],
+    }];
+    let good = BusParams {
+        t_tr: BitTimes(100_000),
+        ..BusParams::standard(Baud::B1500000)
+    };
+    // The last rule there is.
+    let last = BusParams {
+        hsa: Address::BROADCAST,
+        ..good
+    };
+    let hsa = BusParamsError::Hsa {
+        got: Address::BROADCAST,
+    };
+    let cases = [
+        (
+            BusParams {
+                t_sdr_min: BitTimes(10),
+                ..last
+            },
+            BusParamsError::MinTsdr { got: BitTimes(10) },
+        ),
+        (
+            BusParams {
+                t_set: BitTimes(0),
+                ..last
+            },
+            BusParamsError::Tset { got: BitTimes(0) },
+        ),
+        (
+            BusParams { retry_limit: 9, ..last },
+            BusParamsError::RetryLimit { got: 9 },
+        ),
+        (
+            BusParams {
+                gap_factor: 101,
+                ..last
+            },
+            BusParamsError::GapFactor { got: 101 },
+        ),
+    ];
+    for (params, expected) in cases {
+        let network = Network::new(Baud::B1500000, Profile::User(params), &plc);
+        let of_params: Vec<_> = violations(&network)
+            .into_iter()
+            .filter_map(|violation| match violation {
+                Violation::Params(error) => Some(error),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(of_params, [expected, hsa]);
+    }
+}
+
 #[test]
 fn a_slot_time_without_room_for_the_cable_is_named() {
     let plc = [MasterLoad {

@@ -156,6 +156,22 @@ fn alarms_and_status_messages_of_dp_v1_name_their_slot_and_use_the_texts_of_thei
         of(&setup, &[&[0x05, 0x81, 0x00, 0x00, 0x01]]),
         ["slot 0: status message", "Maintenance needed"]
     );
+    // The other kinds (EN 50170-2 amendment DP-V1, Alarm_Type and Status_Type), of slot 4 without data.
+    for (kind, told) in [
+        (0x02, "process alarm"),
+        (0x03, "pull alarm"),
+        (0x05, "status alarm"),
+        (0x06, "update alarm"),
+        (0x20, "alarm 32"),
+        (0x81, "status message"),
+        (0x82, "module status"),
+        (0xA0, "status 32"),
+    ] {
+        assert_eq!(
+            of(&setup, &[&[0x04, kind, 0x04, 0x00]]),
+            [format!("slot 4 `DQ 8`: {told}")]
+        );
+    }
     // Plug alarm of slot 4 without data.
     assert_eq!(of(&setup, &[&[0x04, 0x04, 0x04, 0x08]]), ["slot 4 `DQ 8`: plug alarm"]);
 }

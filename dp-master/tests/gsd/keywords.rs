@@ -6,7 +6,7 @@
 #![cfg(feature = "std")]
 
 use dp_master::fdl::BusParams;
-use dp_master::gsd::{self, Rate};
+use dp_master::gsd::{self, MainFamily, Rate};
 use dp_master::time::{Baud, BitTimes};
 use serde_json::{Value, json};
 
@@ -766,4 +766,36 @@ fn keywords_that_are_younger_than_the_file_are_told() {
     );
     assert_eq!(complaint("Fail_Safe = 1"), [""; 0]);
     assert_eq!(complaints("DPV1_Slave = 1"), [""; 0]);
+}
+
+/// Main families of `Slave_Family`: GSD specification, revision 5, table of main families.
+#[test]
+fn main_families_have_their_numbers() {
+    let families = [
+        (MainFamily::General, "general"),
+        (MainFamily::Drives, "drives"),
+        (MainFamily::SwitchingDevices, "switching devices"),
+        (MainFamily::Io, "I/O"),
+        (MainFamily::Valves, "valves"),
+        (MainFamily::Controllers, "controllers"),
+        (MainFamily::Hmi, "operating and monitoring"),
+        (MainFamily::Encoders, "encoders"),
+        (MainFamily::NcRc, "NC/RC"),
+        (MainFamily::Gateway, "gateway"),
+        (MainFamily::Plc, "PLC"),
+        (MainFamily::IdentSystems, "ident systems"),
+        (MainFamily::Pa, "PROFIBUS PA"),
+        (MainFamily::Other(13), "family 13"),
+    ];
+    for (number, (family, shown)) in (0..).zip(families) {
+        assert_eq!(MainFamily::from_number(number), family);
+        assert_eq!(family.to_string(), shown);
+    }
+}
+
+#[test]
+fn a_module_is_found_by_its_name() {
+    let gsd = crate::bench::read(crate::bench::MODULAR);
+    assert_eq!(gsd.module("DI 8").map(|module| module.name.as_str()), Some("DI 8"));
+    assert!(gsd.module("DI 9").is_none());
 }

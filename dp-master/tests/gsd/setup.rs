@@ -438,6 +438,27 @@ fn the_rules_of_the_slots_are_kept() {
 }
 
 #[test]
+fn what_a_file_demands_or_does_not_offer_is_kept() {
+    // A station that demands Fail_Safe and cannot obey Sync.
+    let gsd = with("Fail_Safe = 1\nFail_Safe_required = 1\n").gsd;
+    let mut setup = gsd.configure();
+    assert_eq!(
+        message(setup.clear_outputs(ClearOutputs::Zeros)),
+        "the slave does not work without: `Fail_Safe_required` is set in the GSD file"
+    );
+    setup.clear_outputs(ClearOutputs::Empty).unwrap();
+    assert_eq!(
+        message(setup.sync()),
+        "the slave does not support it: `Sync_Mode_supp` is not set in the GSD file"
+    );
+    let gsd = with("Freeze_Mode_supp = 1\n").gsd;
+    let mut setup = gsd.configure();
+    setup.plug("first").unwrap();
+    setup.freeze().unwrap();
+    assert_eq!(setup.slave_config(at(9)).unwrap().freeze, Demand::Yes);
+}
+
+#[test]
 fn dp_v1_can_be_asked_for_as_the_file_supports_it() {
     let gsd = read(DPV1);
     let mut setup = gsd.configure();

@@ -186,6 +186,18 @@ fn a_telegram_is_at_most_255_octets_long() {
 }
 
 #[test]
+fn a_telegram_knows_from_whom_to_whom_unless_it_is_a_short_acknowledgement() {
+    let (da, sa) = (address(3), address(2));
+    for telegram in [Telegram::no_data(da, sa, data_low()), Telegram::Token { da, sa }] {
+        assert_eq!((telegram.destination(), telegram.source()), (Some(da), Some(sa)));
+    }
+    assert_eq!(
+        (Telegram::ShortAck.destination(), Telegram::ShortAck.source()),
+        (None, None)
+    );
+}
+
+#[test]
 fn what_cannot_stand_on_the_wire_is_not_encoded() {
     let mut buf = [0; MAX_TELEGRAM];
     let header = Header::new(address(3), address(2), data_low());

@@ -173,4 +173,45 @@ mod tests {
         let abort = Abort::msac2(reason::TIMEOUT);
         assert_eq!(abort.to_string(), "aborted by MSAC2: timeout (ABT_TO)");
     }
+
+    /// The codes and their abbreviations: ProSoft MVI69-PDPMV1, page 123; UE, RR, RS, DS and NA: EN 50170-2, part 4, L_status.
+    #[test]
+    fn each_reason_has_its_code_and_its_abbreviation() {
+        let msac2 = [
+            (1, "ABT_SE"),
+            (2, "ABT_FE"),
+            (3, "ABT_TO"),
+            (4, "ABT_RE"),
+            (5, "ABT_IV"),
+            (6, "ABT_STO"),
+            (7, "ABT_IA"),
+            (8, "ABT_OC"),
+            (15, "ABT_RES"),
+        ];
+        let fdl = [(1, "UE"), (2, "RR"), (3, "RS"), (14, "DS"), (15, "NA")];
+        for reason in 0..=15 {
+            for (octet, known) in [(0x10 | reason, &msac2[..]), (reason, &fdl[..])] {
+                let name = Abort::from_octets([0, octet]).reason_name();
+                match known.iter().find(|(code, _)| *code == reason) {
+                    Some((_, short)) => assert!(name.ends_with(&format!("({short})")), "{octet:02X}: {name}"),
+                    None => assert_eq!(name, "unknown reason", "{octet:02X}"),
+                }
+            }
+            assert_eq!(Abort::user(reason).reason_name(), "a reason of its own");
+            assert_eq!(Abort::from_octets([0, 0x30 | reason]).reason_name(), "unknown reason");
+        }
+    }
+
+    #[test]
+    fn each_layer_is_named() {
+        for (octet, named) in [
+            (0x03, "by FDL:"),
+            (0x13, "by MSAC2:"),
+            (0x23, "by the application:"),
+            (0x33, "by a reserved instance:"),
+        ] {
+            let told = Abort::from_octets([1, octet]).to_string();
+            assert!(told.contains(named), "{told}");
+        }
+    }
 }
