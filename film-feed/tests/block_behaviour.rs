@@ -156,6 +156,24 @@ fn an_exchange_takes_three_cycles_and_the_delay_of_the_answer() {
     );
 }
 
+/// Three cycles for an exchange, as above. Its last takes the answer and shows the next telegram; behind the seventh the pointer returns
+/// one cycle later.
+#[test]
+fn the_telegram_at_work_is_the_one_that_is_exchanged() {
+    let mut bench = Bench::new();
+    assert_eq!(
+        (bench.block.telegram_at_work(), bench.block.exchange_is_done()),
+        (0, false)
+    );
+    for cycle in 1..=42 {
+        bench.step();
+        let shown = if cycle % 21 == 0 { 6 } else { cycle / 3 % 7 };
+        let expected = (shown, cycle % 3 == 0);
+        let got = (bench.block.telegram_at_work(), bench.block.exchange_is_done());
+        assert_eq!(got, expected, "cycle {cycle}");
+    }
+}
+
 /// Point 6.
 #[test]
 fn parameter_data_is_read_before_it_is_written_and_not_exchanged_under_error_reset() {

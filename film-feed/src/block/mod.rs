@@ -126,10 +126,7 @@ impl FilmFeedBlock {
     /// Which of [`telegrams`](Self::telegrams) the pointer shows: 0…6; 0 before the first cycle. Not the counter: Error_RESET starts with
     /// the first telegram again and leaves the counter as it is.
     pub fn telegram_at_work(&self) -> usize {
-        // Octet address of the first telegram in the instance data, and the octets of each.
-        const FIRST: u16 = 22;
-        const SIZE: usize = 8;
-        usize::from(self.telegram_pointer().saturating_sub(FIRST)) / SIZE
+        Telegrams::slot(self.telegram_pointer()).unwrap_or(0)
     }
 
     /// Whether the last cycle took an answer and went on to the next telegram (T12).

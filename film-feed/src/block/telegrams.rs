@@ -172,7 +172,8 @@ impl Telegrams {
         &self.0
     }
 
-    fn slot(pointer: u16) -> Option<usize> {
+    /// Which of the seven stands at octet address `pointer`; no less than 7 behind the last.
+    pub(crate) fn slot(pointer: u16) -> Option<usize> {
         Some(usize::from(pointer.checked_sub(Self::FIRST)? / Self::SIZE))
     }
 }
