@@ -212,6 +212,26 @@ mod tests {
         assert_eq!(telegrams.at(0), None);
     }
 
+    // Bit 7 of the service is the error bit (9300 fact sheet, section 3.1).
+    #[test]
+    fn bit_7_of_the_service_is_a_refusal() {
+        for service in 0..=0xFF {
+            let telegram = ParameterTelegram::from_bytes([service, 0, 0, 0, 0, 0, 0, 0]);
+            assert_eq!(telegram.is_refusal(), service >= 128, "{service:02X}");
+        }
+    }
+
+    // The index is 24575 less the code (film-feed specification, section 3).
+    #[test]
+    fn a_telegram_is_named_by_its_code_as_far_as_its_index_is_one() {
+        let named = |[high, low]: [u8; 2], subindex| {
+            ParameterTelegram::from_bytes([0x31, subindex, high, low, 0, 0, 0, 0]).code_name()
+        };
+        assert_eq!(named((24_575_u16 - 1301).to_be_bytes(), 1), "C1301/1");
+        assert_eq!(named((24_575_u16 - 93).to_be_bytes(), 0), "C0093/0");
+        assert_eq!(named([0x60, 0x00], 2), "index 0x6000/2");
+    }
+
     // Film-feed specification, section 3: 0x31 reads, 0x32 writes, bit 6 is the handshake.
     #[test]
     fn a_service_reads_or_writes_whatever_its_handshake() {
