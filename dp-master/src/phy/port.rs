@@ -240,4 +240,88 @@ mod tests {
             "an adapter without such a timer"
         );
     }
+
+    #[test]
+    fn each_error_says_what_can_be_done() {
+        let path = || PathBuf::from("/dev/x");
+        let source = || io::Error::other("why");
+        let cases = [
+            (PortError::NoSuchPort { path: path() }, PortErrorKind::NotFound),
+            (PortError::NotASerialPort { path: path() }, PortErrorKind::NotFound),
+            (PortError::LinkTaken { path: path() }, PortErrorKind::NotFound),
+            (PortError::Busy { path: path() }, PortErrorKind::Busy),
+            (PortError::Permission { path: path() }, PortErrorKind::Permission),
+            (
+                PortError::BaudRefused {
+                    path: path(),
+                    wanted: Baud::B45450,
+                    offered: 38_400,
+                },
+                PortErrorKind::Baud,
+            ),
+            (PortError::Unplugged { path: path() }, PortErrorKind::Unplugged),
+            (
+                PortError::Unreachable {
+                    path: path(),
+                    source: source(),
+                },
+                PortErrorKind::Unreachable,
+            ),
+            (PortError::Stuck { path: path() }, PortErrorKind::Other),
+            (
+                PortError::NoRs485 {
+                    path: path(),
+                    source: source(),
+                },
+                PortErrorKind::Other,
+            ),
+            (
+                PortError::Io {
+                    path: path(),
+                    source: source(),
+                },
+                PortErrorKind::Other,
+            ),
+        ];
+        for (error, kind) in cases {
+            assert_eq!(error.kind(), kind, "{error}");
+            assert!(error.to_string().contains("/dev/x"), "{error}");
+        }
+    }
+
+    /// A pulled USB adapter gives EIO, ENXIO or ENODEV, a closed pseudo-terminal a broken pipe, a closed connection its own kinds.
+    #[test]
+    fn what_a_read_or_write_says_is_gone_stuck_or_something_else() {
+        use io::ErrorKind::{
+            BrokenPipe, ConnectionAborted, ConnectionReset, InvalidInput, NotConnected, NotFound, Other, TimedOut,
+            UnexpectedEof,
+        };
+        let kind_of = |kind| PortError::in_use(Path::new("/dev/x"), io::Error::from(kind));
+        for kind in [
+            BrokenPipe,
+            Other,
+            NotFound,
+            UnexpectedEof,
+            ConnectionReset,
+            ConnectionAborted,
+            NotConnected,
+        ] {
+            assert!(matches!(kind_of(kind), PortError::Unplugged { .. }), "{kind}");
+        }
+        assert!(matches!(kind_of(TimedOut), PortError::Stuck { .. }));
+        assert!(matches!(kind_of(InvalidInput), PortError::Io { .. }));
+    }
+
+    #[test]
+    fn a_read_that_was_only_early_is_tried_again() {
+        use io::ErrorKind::{BrokenPipe, Interrupted, TimedOut, WouldBlock};
+        for (kind, again) in [
+            (TimedOut, true),
+            (WouldBlock, true),
+            (Interrupted, true),
+            (BrokenPipe, false),
+        ] {
+            assert_eq!(is_transient(&io::Error::from(kind)), again, "{kind}");
+        }
+    }
 }

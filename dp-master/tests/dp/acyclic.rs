@@ -264,6 +264,27 @@ fn a_refusal_is_an_outcome_with_its_code() {
 }
 
 #[test]
+fn each_failure_is_told_in_words() {
+    let refused = |function| JobFailure::Refused(function).to_string();
+    // UE, RR, RS: EN 50170-2, part 4, L_status.
+    assert_eq!(
+        refused(ResponseFunction::UserError),
+        "the station refused: UE, error of its user"
+    );
+    assert_eq!(
+        refused(ResponseFunction::NoResource),
+        "the station refused: RR, no resource"
+    );
+    assert!(refused(ResponseFunction::NoService).starts_with("the station refused: RS,"));
+    assert_eq!(
+        refused(ResponseFunction::Unknown(7)),
+        "the station refused: with a code that has no name"
+    );
+    let long = JobFailure::TooLong { got: 246 };
+    assert_eq!(long.to_string(), "the response: expected at most 244 octets, got 246");
+}
+
+#[test]
 fn an_absent_station_costs_the_repetitions_and_then_first_contact_again() {
     let mut line = Line::new(BAUD, &[]);
     for _ in 0..2 {

@@ -25,6 +25,7 @@ mod modular;
 mod retries;
 mod set_slave_add;
 mod startup;
+mod startup_answers;
 mod v1_alarms;
 mod v1_bench;
 mod v1_client;

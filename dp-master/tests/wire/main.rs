@@ -7,4 +7,5 @@
 mod control;
 mod error_detection;
 mod pretty;
+mod service;
 mod telegram;

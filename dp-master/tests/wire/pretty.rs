@@ -191,6 +191,127 @@ fn acyclic_services_name_slot_and_index() {
     assert_eq!(line(&class_2), "1 → 3  SRD low FCB=1  MSAC2  Idle");
 }
 
+/// What stands behind the name of the service.
+#[track_caller]
+fn content(body: &[u8], name: &str) -> String {
+    let line = line(&sd2(body));
+    let (_, content) = line
+        .split_once(&format!("  {name}"))
+        .unwrap_or_else(|| panic!("{line}"));
+    content.trim_start().to_owned()
+}
+
+#[test]
+fn a_new_address_is_read_out() {
+    // IEC 61158-6-3, coding of Set_Slave_Add: address, ident, No_Add_Chg, octets for the user.
+    let told = |data: &[u8]| content(&[&[0x83, 0x82, 0x6D, 55, 62][..], data].concat(), "Set_Slave_Add");
+    assert_eq!(told(&[42, 0x00, 0xDA, 0x00]), "new address 42 ident 00DA changeable");
+    assert_eq!(
+        told(&[42, 0x00, 0xDA, 0xFF, 1, 2]),
+        "new address 42 ident 00DA locked user 01 02"
+    );
+    assert_eq!(told(&[42, 0x00, 0xDA]), "malformed: 2A 00 DA");
+}
+
+#[test]
+fn what_is_too_short_for_its_service_is_shown_as_it_is() {
+    assert_eq!(
+        content(&[0x82, 0x83, 0x08, 62, 60, 0x02, 0x05], "Slave_Diag"),
+        "malformed: 02 05"
+    );
+    assert_eq!(content(&[0x83, 0x82, 0x5D, 61, 62, 0x88], "Set_Prm"), "malformed: 88");
+    assert_eq!(
+        content(&[0xFF, 0x82, 0x46, 58, 62, 0x28], "Global_Control"),
+        "malformed: 28"
+    );
+}
+
+/// Direction in bits 7 and 6 of the second octet; unit in bits 7…5 of the third, error in bits 4…0 (IEC 61158-6-3, Channel_Related_Diagnosis).
+#[test]
+fn a_channel_tells_its_direction_unit_and_error() {
+    let told = |block: &[u8]| {
+        let standard = [0x82, 0x83, 0x0A, 62, 60, 0x08, 0x0C, 0x80, 0x02, 0x00, 0xDA];
+        let content = content(&[&standard[..], block].concat(), "Slave_Diag");
+        content.split_once("; ").unwrap().1.to_owned()
+    };
+    assert_eq!(
+        told(&[0x81, 0x83, 0x21]),
+        "channel 3 of module 1 out (bit): short circuit"
+    );
+    assert_eq!(
+        told(&[0x81, 0xC3, 0x21]),
+        "channel 3 of module 1 in+out (bit): short circuit"
+    );
+    assert_eq!(told(&[0x81, 0x03, 0x01]), "channel 3 of module 1: short circuit");
+    assert_eq!(told(&[0x81, 0x43, 0xEA]), "channel 3 of module 1 in: error 10");
+    // An identifier-related block of five octets of which two are there.
+    assert_eq!(told(&[0x45, 0x01]), "malformed 45 01");
+}
+
+#[test]
+fn each_request_of_the_parameters_is_told() {
+    let told = |status: u8, factor: u8| {
+        content(
+            &[0x83, 0x82, 0x5D, 61, 62, status, factor, 1, 11, 0, 0xDA, 0],
+            "Set_Prm",
+        )
+    };
+    let rest = "min Tsdr 11 ident 00DA group 00";
+    for (status, factor, expected) in [
+        (0x00, 0, "keep WD off"),
+        (0x80, 0, "lock WD off"),
+        (0x40, 0, "unlock WD off"),
+        (0xA0, 0, "lock sync WD off"),
+        (0x90, 0, "lock freeze WD off"),
+        (0xB8, 10, "lock sync freeze WD 100 ms"),
+        (0x88, 0, "lock WD invalid"),
+    ] {
+        assert_eq!(told(status, factor), format!("{expected} {rest}"), "{status:02X}");
+    }
+}
+
+/// Bits 5…1: Sync, Unsync, Freeze, Unfreeze, Clear_Data; 7, 6 and 0 are reserved (IEC 61158-6-3, Control_Command).
+#[test]
+fn each_bit_of_a_control_command_is_told() {
+    let told = |command: u8, groups: u8| content(&[0xFF, 0x82, 0x46, 58, 62, command, groups], "Global_Control");
+    assert_eq!(told(0x02, 0x02), "Clear_Data, groups 2");
+    assert_eq!(told(0x14, 0), "Unfreeze Unsync, all groups");
+    assert_eq!(told(0x28, 0), "Freeze Sync, all groups");
+    assert_eq!(told(0xC1, 0), "reserved C1, all groups");
+    assert_eq!(told(0x42, 0), "Clear_Data reserved 40, all groups");
+}
+
+/// Function numbers: IEC 61158-6-3, coding of the MSAC PDUs; bit 7 is an error.
+#[test]
+fn each_acyclic_service_has_its_name() {
+    let told = |data: &[u8]| content(&[&[0x83, 0x82, 0x7C, 51, 51][..], data].concat(), "MSAC1");
+    for (octet, name) in [
+        (0x48, "Idle"),
+        (0x51, "Data_Transport"),
+        (0x56, "RM"),
+        (0x57, "Initiate"),
+        (0x58, "Abort"),
+        (0x5C, "Alarm_Ack"),
+        (0x5E, "Read"),
+        (0x5F, "Write"),
+    ] {
+        assert_eq!(told(&[octet]), name);
+        assert_eq!(
+            told(&[octet | 0x80, 0x80, 0xB0, 0x01]),
+            format!("{name} error decode 80 code B0 01")
+        );
+        assert_eq!(told(&[octet, 9]), format!("{name} 09"));
+    }
+    assert_eq!(
+        told(&[0x5F, 1, 47, 2, 0xAA, 0x55]),
+        "Write slot 1 index 47 length 2: AA 55"
+    );
+    assert_eq!(told(&[0x5E, 1, 47, 240]), "Read slot 1 index 47 length 240");
+    assert_eq!(told(&[0x58, 1, 47, 240]), "Abort 01 2F F0");
+    assert_eq!(told(&[0x33, 1]), "function 33 01");
+    assert_eq!(told(&[]), "");
+}
+
 #[test]
 fn an_access_point_has_a_name_on_each_side() {
     assert_eq!(sap_name(62, Side::Responder), Some("Chk_Cfg"));
