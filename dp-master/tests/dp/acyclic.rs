@@ -6,13 +6,13 @@ use dp_master::dp::{
     JobFailure, JobId, JobOutcome, JobRequest, LossCause, MAX_JOBS, MasterEvent, Mode, Poll, SlaveConfig, SlaveState,
     SubmitError, sap,
 };
-use dp_master::fdl::{Responder, ResponderUser, Response};
+use dp_master::fdl::{ResponderUser, Response};
 use dp_master::phy::Script;
-use dp_master::station::{LineError, MAX_TELEGRAM, Station};
 use dp_master::time::{Baud, BitTimes, Duration, Instant};
 use dp_master::wire::{Header, ResponseFunction, StationType};
 use proptest::prelude::*;
 
+use crate::common::passive::PassiveStation;
 use crate::common::puppet::{Puppet, Says};
 use crate::common::{Line, MASTER, SLAVE, slave_identity};
 
@@ -24,11 +24,6 @@ fn address(value: u8) -> Address {
 }
 
 /// A slave with one access point, 49 ↔ 50, that needs some questions before its answer is ready.
-struct Server {
-    responder: Responder,
-    device: SlowDevice,
-}
-
 struct SlowDevice {
     /// Questions without data that are answered with SC before the answer is ready.
     slow: usize,
@@ -61,37 +56,14 @@ impl ResponderUser for SlowDevice {
     }
 }
 
-impl Station for Server {
-    fn handle_octets(&mut self, now: Instant, octets: &[u8]) {
-        self.responder.handle_octets(now, octets, &mut self.device);
-    }
-    fn handle_line_error(&mut self, now: Instant, error: LineError) {
-        self.responder.handle_line_error(now, error, &mut self.device);
-    }
-    fn handle_sent(&mut self, _now: Instant) {}
-    fn handle_timeout(&mut self, now: Instant) {
-        self.responder.handle_timeout(now);
-    }
-    fn poll_transmit(&mut self, _now: Instant, buf: &mut [u8; MAX_TELEGRAM]) -> Option<usize> {
-        let reply = self.responder.take_reply()?;
-        buf.get_mut(..reply.len())?.copy_from_slice(reply);
-        Some(reply.len())
-    }
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.responder.poll_timeout()
-    }
-}
-
 fn add_server(line: &mut Line, slow: usize) {
-    line.add_station(Box::new(Server {
-        responder: Responder::new(address(PEER), BAUD, Duration::ZERO),
-        device: SlowDevice {
-            slow,
-            asked: 0,
-            requests: Vec::new(),
-            answer: vec![0x5F, 1, 2],
-        },
-    }));
+    let device = SlowDevice {
+        slow,
+        asked: 0,
+        requests: Vec::new(),
+        answer: vec![0x5F, 1, 2],
+    };
+    line.add_station(Box::new(PassiveStation::new(address(PEER), BAUD, device)));
 }
 
 fn one_block() -> SlaveConfig {

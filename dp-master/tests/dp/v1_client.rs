@@ -14,12 +14,12 @@ use dp_master::dp::{
     JobFailure, MAX_JOBS, MasterConfig, MasterEvent, Mode, Octets, SlaveConfig, SlaveEvent, SlaveIdentity, SlaveState,
     Support,
 };
-use dp_master::fdl::{BusParams, Responder, ResponderUser, Response};
+use dp_master::fdl::{BusParams, ResponderUser, Response};
 use dp_master::phy::Disturbance;
-use dp_master::station::{LineError, MAX_TELEGRAM, Station};
 use dp_master::time::{Baud, BitTimes, Duration, Instant};
 use dp_master::wire::{Header, ResponseFunction};
 
+use crate::common::passive::PassiveStation;
 use crate::common::{Line, MASTER, SLAVE, slave_identity};
 
 const BAUD: Baud = Baud::B1500000;
@@ -634,15 +634,10 @@ fn ending_a_connection_is_possible_at_any_moment() {
     assert_eq!(client.step(line.master.jobs(), line.now), None);
 }
 
-/// A station that answers what the test says: a PDU for each new request, `None` for `E5`, empty for RS.
-struct Fake {
-    responder: Responder,
-    device: FakeDevice,
-}
-
 /// What is tried, the answers of the station, what the client makes of them, and how many requests the station heard.
 type Row<'a> = (&'a str, &'a [Option<&'a [u8]>], Msac2Event, usize);
 
+/// A station that answers what the test says: a PDU for each new request, `None` for `E5`, empty for RS.
 struct FakeDevice {
     script: VecDeque<Option<Vec<u8>>>,
     /// What it gave last.
@@ -673,40 +668,17 @@ impl ResponderUser for FakeDevice {
     }
 }
 
-impl Station for Fake {
-    fn handle_octets(&mut self, now: Instant, octets: &[u8]) {
-        self.responder.handle_octets(now, octets, &mut self.device);
-    }
-    fn handle_line_error(&mut self, now: Instant, error: LineError) {
-        self.responder.handle_line_error(now, error, &mut self.device);
-    }
-    fn handle_sent(&mut self, _now: Instant) {}
-    fn handle_timeout(&mut self, now: Instant) {
-        self.responder.handle_timeout(now);
-    }
-    fn poll_transmit(&mut self, _now: Instant, buf: &mut [u8; MAX_TELEGRAM]) -> Option<usize> {
-        let reply = self.responder.take_reply()?;
-        buf.get_mut(..reply.len())?.copy_from_slice(reply);
-        Some(reply.len())
-    }
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.responder.poll_timeout()
-    }
-}
-
 type Heard = Rc<RefCell<Vec<(u8, Vec<u8>)>>>;
 
 fn fake(script: &[Option<&[u8]>]) -> (Line, Heard) {
     let mut line = tool_line(0);
     let heard = Heard::default();
-    line.add_station(Box::new(Fake {
-        responder: Responder::new(SLAVE, BAUD, Duration::ZERO),
-        device: FakeDevice {
-            script: script.iter().map(|pdu| pdu.map(<[u8]>::to_vec)).collect(),
-            given: Vec::new(),
-            heard: Rc::clone(&heard),
-        },
-    }));
+    let device = FakeDevice {
+        script: script.iter().map(|pdu| pdu.map(<[u8]>::to_vec)).collect(),
+        given: Vec::new(),
+        heard: Rc::clone(&heard),
+    };
+    line.add_station(Box::new(PassiveStation::new(SLAVE, BAUD, device)));
     (line, heard)
 }
 

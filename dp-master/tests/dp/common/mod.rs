@@ -1,6 +1,7 @@
 //! A master and slaves on a virtual line, with a log of every telegram.
 
 pub(crate) mod bench;
+pub(crate) mod passive;
 pub(crate) mod puppet;
 
 use dp_master::address::Address;
