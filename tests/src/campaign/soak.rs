@@ -1,5 +1,7 @@
 //! The soak: very many feeds with disturbances, memory flat, nothing lost.
 
+use std::f64::consts::PI;
+
 use dp_master::phy::Disturbance;
 use film_feed::rig::RigConfig;
 use rayon::prelude::*;
@@ -94,8 +96,7 @@ fn feed_on(soak: &mut Soak, feeds: u64, draw: &mut Draw, done: &impl Fn()) -> Re
     let mut bench = Bench::ready(&RigConfig::default())?;
     let errors = Disturbance::new(draw.between(0, u64::MAX - 1), 1e-6).map_err(|error| error.to_string())?;
     bench.rig.line_mut().set_disturbance(Some(errors));
-    // A feed is a whole number of increments (fact sheet, section 4.2: relative targets are rounded, C1301).
-    let feed_mm = (LENGTH_MM * INC_PER_MM).round() / INC_PER_MM;
+    let feed_mm = film_of_a_feed_mm();
     let mut begin_mm = bench.rig.film().position_mm();
     let mut in_a_row = 0_u64;
     for _ in 0..feeds {
@@ -129,6 +130,12 @@ fn feed_on(soak: &mut Soak, feeds: u64, draw: &mut Draw, done: &impl Fn()) -> Re
         done();
     }
     Ok(())
+}
+
+/// What a feed moves. The drive counts in whole increments (fact sheet, section 4.2: relative targets are rounded) and knows the roller by
+/// C1204, 179.0708 mm; the film lies on the roller itself, π · 57 mm around, seven turns of the motor (film-feed specification, section 1).
+fn film_of_a_feed_mm() -> f64 {
+    (LENGTH_MM * INC_PER_MM).round() * (PI * 57.0) / (65_536.0 * 7.0)
 }
 
 fn disturb(bench: &mut Bench, draw: &mut Draw) -> Result<(), String> {
@@ -191,6 +198,16 @@ mod tests {
                 ..good()
             }
             .ok()
+        );
+    }
+
+    /// 200 mm are 512 369.41 increments of 179.0708 mm / (7 · 65 536); 512 369 of π · 57 mm are 0.18 µm less, 0.02 µm of it by C1204.
+    #[test]
+    fn a_feed_moves_whole_increments_of_the_roller_itself() {
+        assert!(
+            (film_of_a_feed_mm() - 199.999_819_3).abs() < 1e-7,
+            "{}",
+            film_of_a_feed_mm()
         );
     }
 

@@ -56,7 +56,7 @@ pub fn table(outcomes: &[Outcome], soak: Option<&Soak>, seed: u64) -> String {
 
 const COMMAND: &str = "cargo run --release -p system-tests --bin campaign --";
 
-const SOAK_RULE: &str = "feeds commanded = landed within ±0.01 mm + reported as not finished; every film stands within ±0.02 mm of the sum of its feeds since the last interruption (both ends lie within ±0.01 mm); resident memory grows by 16 MiB at most";
+const SOAK_RULE: &str = "feeds commanded = landed within ±0.01 mm + reported as not finished; every film stands within ±0.02 mm of the sum of its feeds, whole increments of a roller of π · 57 mm, since the last interruption (both ends lie within ±0.01 mm); resident memory grows by 16 MiB at most";
 
 const HEAD: &str = "# What was attacked, and what held
 
