@@ -5,15 +5,15 @@
 //!      └────── orders ──────► server (axum) ◄──────┘◄── frames ──┘
 //! ```
 //!
-//! The engine never waits for anybody: a client that does not take its frames is dropped. Who may change something is decided in
-//! [`access`]; what can be asked and told is in [`protocol`].
+//! The engine never waits for anybody: a client that does not take its frames is dropped. Who gets in is decided in [`access`], which page
+//! may change something in `hub`; what can be asked and told is in [`protocol`]. [`HandTurned`] is all that without server, thread and clock.
 
 pub mod access;
 mod capture;
 mod codes;
 mod engine;
 mod feeds;
-pub mod hand_turned;
+mod hand_turned;
 mod hub;
 mod inputs;
 mod live;
