@@ -535,7 +535,7 @@ mod tests {
     impl ParameterAccess for Newer {
         fn read(&mut self, place: CodePlace) -> Result<i32, AccessError> {
             if place == NEWER {
-                return Ok(1_000_0000);
+                return Ok(1000_0000);
             }
             Ok(CodeStore::factory()
                 .read(place.code, place.subcode)
