@@ -105,7 +105,7 @@ fn told(asked: Asked, says: &Says) -> MasterEvent {
     assert_ne!(line.master.state(index), SlaveState::DataExchange);
     let events = slave_events(&mut line);
     assert_eq!(events.len(), 1, "{events:?}");
-    events[0].clone()
+    events[0]
 }
 
 #[test]
