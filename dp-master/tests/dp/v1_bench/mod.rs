@@ -157,8 +157,8 @@ impl Bench {
         self.wait_until(self.now + BAUD.characters(octets.len() + 3));
         self.slave.handle_octets(self.now, &octets);
         let mut reply = [0; MAX_TELEGRAM];
-        // Other deadlines than the reply's lie at least 1 ms ahead in these tests, min Tsdr is 7 µs.
-        let limit = self.now + Duration::from_micros(100);
+        // Other deadlines than the reply's lie at least 1 ms ahead in these tests. Set_Prm can make min Tsdr 255 tBIT, which are 170 µs.
+        let limit = self.now + Duration::from_micros(200);
         let Some(due) = self.slave.poll_timeout().filter(|due| *due < limit) else {
             return Reply::Nothing;
         };
