@@ -134,5 +134,6 @@ mod tests {
         assert_eq!("127".parse::<Address>(), Err(AddressError::OutOfRange { got: 127 }));
         assert_eq!("-1".parse::<Address>(), Err(AddressError::NotANumber));
         assert_eq!("300".parse::<Address>(), Err(AddressError::NotANumber));
+        assert_eq!(Address::MAX_STATION.to_string(), "126");
     }
 }

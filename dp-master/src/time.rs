@@ -427,6 +427,18 @@ mod tests {
             assert_eq!(Duration::from_nanos(nanos).to_string(), shown);
         }
         assert_eq!(BitTimes(11).to_string(), "11 tBIT");
+        assert_eq!(Instant::from_nanos(2_000_000_345).to_string(), "2.000000345 s");
+    }
+
+    #[test]
+    fn a_baud_rate_is_shown_in_kbit_as_data_sheets_do() {
+        // The ten rates of film-feed specification, section 2.
+        let shown = Baud::ALL.map(|baud| baud.to_string());
+        assert_eq!(
+            shown.join(", "),
+            "9.6 kbit/s, 19.2 kbit/s, 45.45 kbit/s, 93.75 kbit/s, 187.5 kbit/s, 500 kbit/s, 1500 kbit/s, 3000 kbit/s, \
+             6000 kbit/s, 12000 kbit/s"
+        );
     }
 
     #[test]

@@ -99,6 +99,69 @@ impl Station for Simple {
     }
 }
 
+/// A port that gives at once what it was told to, and nothing at once when there is nothing.
+#[derive(Default)]
+struct Scripted {
+    incoming: Vec<u8>,
+    outgoing: Vec<u8>,
+}
+
+impl Port for Scripted {
+    fn receive(&mut self, buf: &mut [u8], _: StdDuration) -> Result<usize, PortError> {
+        let octets = std::mem::take(&mut self.incoming);
+        buf[..octets.len()].copy_from_slice(&octets);
+        Ok(octets.len())
+    }
+    fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
+        self.outgoing.extend_from_slice(octets);
+        Ok(())
+    }
+    /// 11 bits of 1/9600 s: a character of 1.1 ms, 255 of them last 292 ms.
+    fn baud(&self) -> Baud {
+        Baud::B9600
+    }
+}
+
+/// Sends what stands first for the next thing that happens to it, and notes what that was.
+#[derive(Default)]
+struct Told {
+    first: &'static [u8],
+    after_sent: &'static [u8],
+    after_octets: &'static [u8],
+    after_timeout: &'static [u8],
+    due: Option<Instant>,
+    said: Vec<&'static str>,
+    sent_at: Instant,
+    octets_at: Instant,
+}
+
+impl Station for Told {
+    fn handle_octets(&mut self, now: Instant, _: &[u8]) {
+        self.said.push("octets");
+        self.octets_at = now;
+        self.first = self.after_octets;
+    }
+    fn handle_line_error(&mut self, _: Instant, _: LineError) {}
+    fn handle_sent(&mut self, now: Instant) {
+        self.said.push("sent");
+        self.sent_at = now;
+        self.first = self.after_sent;
+    }
+    fn handle_timeout(&mut self, _: Instant) {
+        self.said.push("timeout");
+        self.due = None;
+        self.first = self.after_timeout;
+    }
+    fn poll_transmit(&mut self, _: Instant, buf: &mut [u8; MAX_TELEGRAM]) -> Option<usize> {
+        let octets = std::mem::take(&mut self.first);
+        buf[..octets.len()].copy_from_slice(octets);
+        (!octets.is_empty()).then_some(octets.len())
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.due
+    }
+}
+
 /// A directory of its own that goes away again.
 struct Scratch(PathBuf);
 
@@ -189,6 +252,91 @@ fn a_step_without_anything_to_do_returns_after_max_wait() {
     let activity = driver.step(&mut station, StdDuration::from_millis(30)).unwrap();
     assert!(begin.elapsed() >= StdDuration::from_millis(29));
     assert_eq!((activity.received, activity.sent, station.calls), (0, 0, 0));
+}
+
+#[test]
+fn a_transmission_ends_when_its_last_bit_has_left_and_not_before() {
+    let mut driver = Driver::new(Scripted::default());
+    let mut station = Told {
+        first: &[0x55; 255],
+        ..Told::default()
+    };
+    let activity = driver.step(&mut station, StdDuration::ZERO).unwrap();
+    assert_eq!((activity.received, activity.sent), (0, 255));
+    // 255 characters of 11 bits at 9600 bit/s.
+    let least = Duration::from_micros(292_187);
+    while driver.now() < Instant::ZERO + least {
+        assert!(station.said.is_empty(), "told after {}", driver.now());
+        driver.step(&mut station, StdDuration::ZERO).unwrap();
+        thread::sleep(StdDuration::from_millis(5));
+    }
+    let begin = StdInstant::now();
+    while station.said.is_empty() && begin.elapsed() < PATIENCE {
+        driver.step(&mut station, StdDuration::ZERO).unwrap();
+    }
+    assert_eq!(station.said, ["sent"]);
+    assert!(station.sent_at >= Instant::ZERO + least);
+}
+
+#[test]
+fn an_answer_ends_the_transmission_that_it_answers() {
+    // Adapters may be quicker than the baud rate they are set to; nobody answers what has not been sent.
+    let mut driver = Driver::new(Scripted::default());
+    let mut station = Told {
+        first: &[0x55; 200],
+        after_sent: &[0xDC, 0x02, 0x02],
+        ..Told::default()
+    };
+    driver.port_mut().incoming = vec![0xE5];
+    let activity = driver.step(&mut station, StdDuration::ZERO).unwrap();
+    assert_eq!(station.said, ["sent", "octets"]);
+    assert!(station.sent_at <= station.octets_at);
+    assert_eq!((activity.received, activity.sent), (1, 203));
+    assert_eq!(driver.into_port().outgoing.len(), 203);
+}
+
+#[test]
+fn what_a_station_says_to_octets_and_to_a_timeout_is_sent_in_the_same_step() {
+    let mut driver = Driver::new(Scripted::default());
+    let mut station = Told {
+        after_octets: &[0x10, 0x02, 0x03, 0x00, 0x05, 0x16],
+        ..Told::default()
+    };
+    driver.port_mut().incoming = vec![0xE5; 4];
+    let activity = driver.step(&mut station, StdDuration::ZERO).unwrap();
+    assert_eq!((activity.received, activity.sent), (4, 6));
+    assert_eq!(driver.port_mut().outgoing, station.after_octets);
+
+    let mut driver = Driver::new(Scripted::default());
+    let mut station = Told {
+        after_timeout: &[0xDC, 0x02, 0x02],
+        due: Some(Instant::ZERO),
+        ..Told::default()
+    };
+    let activity = driver.step(&mut station, StdDuration::ZERO).unwrap();
+    assert_eq!(station.said, ["timeout"]);
+    assert_eq!((activity.received, activity.sent), (0, 3));
+
+    let mut early = Told {
+        due: Some(Instant::MAX),
+        ..Told::default()
+    };
+    driver.port_mut().incoming = vec![0xE5];
+    driver.step(&mut early, StdDuration::ZERO).unwrap();
+    assert!(!early.said.contains(&"timeout"));
+}
+
+#[test]
+fn the_station_counts_its_time_from_the_epoch_of_the_driver() {
+    let epoch = StdInstant::now();
+    let driver = Driver::with_epoch(Scripted::default(), epoch);
+    let late = epoch + StdDuration::from_millis(5);
+    assert_eq!(driver.at(late), Instant::ZERO + Duration::from_millis(5));
+    assert_eq!(driver.at(epoch - StdDuration::from_millis(5)), Instant::ZERO);
+    thread::sleep(StdDuration::from_millis(2));
+    let (before, now) = (driver.at(StdInstant::now()), driver.now());
+    assert!(before >= Instant::ZERO + Duration::from_millis(2));
+    assert!(now >= before);
 }
 
 #[test]

@@ -34,6 +34,19 @@ fn a_token_says_who_passes_it_to_whom() {
 }
 
 #[test]
+fn telegrams_of_fixed_length_are_named_by_their_start_delimiter() {
+    assert_eq!(
+        lines(&[0xDC, 0x05, 0x02]),
+        "SD4, 3 octets\n  destination  5\n  source       2\n  service      Token\n"
+    );
+    assert_eq!(lines(&[0xE5]), "SC, 1 octet\n  service      Short_Ack\n");
+    assert_eq!(
+        lines(&[0x10, 0x03, 0x02, 0x49, 0x4E, 0x16]),
+        "SD1, 6 octets\n  destination  3\n  source       2\n  function     49 FDL status\n  service      FDL_Status\n"
+    );
+}
+
+#[test]
 fn a_short_acknowledgement_has_no_addresses() {
     assert_eq!(line(&[0xE5]), "short acknowledgement");
 }
@@ -115,6 +128,19 @@ fn a_configuration_is_read_module_by_module() {
         "2 → 3  SRD low FCB=1  Chk_Cfg  F3 = 4 words in+out whole, F3 = 4 words in+out whole"
     );
     assert_eq!(service(&octets), Service::ChkCfg);
+    // 21 = two octets of outputs, 10 = one octet of inputs: on lines of their own, whoever says it.
+    let modules = "  module       21 = 2 octets out\n  module       10 = 1 octet in\n";
+    assert!(lines(&sd2(&[0x83, 0x82, 0x7C, 62, 62, 0x21, 0x10])).contains(modules));
+    assert!(lines(&sd2(&[0x82, 0x83, 0x08, 62, 59, 0x21, 0x10])).contains(modules));
+}
+
+#[test]
+fn what_a_telegram_means_stands_above_its_octets() {
+    // Sync and Unfreeze for group 1 at access point 58.
+    let octets = sd2(&[0xFF, 0x82, 0x46, 58, 62, 0x24, 0x01]);
+    let shown = lines(&octets);
+    let (line, _) = shown.split_once("  data  ").unwrap();
+    assert!(line.ends_with("  content      Unfreeze Sync, groups 1\n"), "{shown}");
 }
 
 #[test]
