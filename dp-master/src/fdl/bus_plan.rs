@@ -264,7 +264,8 @@ impl<'a> Network<'a> {
             round_trip,
             t_tr_least,
             least_cycle: tokens + cycles(params.t_sdr_min),
-            typical_cycle: tokens + cycles(TYPICAL_TSDR.clamp(params.t_sdr_min, params.t_sdr_max)),
+            // Not clamp: parameters of the user may have min Tsdr above max Tsdr.
+            typical_cycle: tokens + cycles(TYPICAL_TSDR.min(params.t_sdr_max).max(params.t_sdr_min)),
             longest_cycle: repeated(params.t_tr, CYCLE_ROTATIONS),
             watchdog: in_units(self.baud.duration(repeated(params.t_tr, WATCHDOG_ROTATIONS))),
             least_constant_cycle: t_tr_least,

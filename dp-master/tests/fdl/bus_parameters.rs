@@ -4,7 +4,7 @@ use dp_master::address::Address;
 use dp_master::dp::{AcceptedConfigurations, DpMaster, DpSlave, MasterConfig, Mode, SlaveConfig, SlaveIdentity};
 use dp_master::fdl::{
     BusParams, BusParamsError, MasterLoad, MessageCycle, Network, Optical, OpticalTopology, Others, Profile, Segment,
-    SlaveLoad, Violation,
+    SlaveLoad, Violation, Way, octet_bits,
 };
 use dp_master::phy::{PortId, Tap, Trace, VirtualBus, pump};
 use dp_master::station::Station;
@@ -597,18 +597,223 @@ fn each_value_out_of_its_range_is_named_and_the_others_are_checked_all_the_same(
             },
             BusParamsError::GapFactor { got: 101 },
         ),
+        (
+            BusParams {
+                t_sdr_max: BitTimes(11),
+                ..last
+            },
+            BusParamsError::MaxTsdr {
+                min: BitTimes(11),
+                got: BitTimes(11),
+            },
+        ),
+        (
+            BusParams {
+                t_sdr_max: BitTimes(1024),
+                t_id2: BitTimes(1024),
+                t_sl: BitTimes(2_000),
+                ..last
+            },
+            BusParamsError::MaxTsdr {
+                min: BitTimes(11),
+                got: BitTimes(1024),
+            },
+        ),
+        (
+            BusParams {
+                t_rdy: BitTimes(12),
+                ..last
+            },
+            BusParamsError::Trdy {
+                min_tsdr: BitTimes(11),
+                got: BitTimes(12),
+            },
+        ),
+        (
+            BusParams {
+                t_qui: BitTimes(11),
+                t_id1: BitTimes(60),
+                ..last
+            },
+            BusParamsError::Tqui {
+                t_rdy: BitTimes(11),
+                got: BitTimes(11),
+            },
+        ),
+        (
+            // Tsyn + Tsm = 33 + 2 + 2·1.
+            BusParams {
+                t_id1: BitTimes(36),
+                ..last
+            },
+            BusParamsError::Tid1 {
+                least: BitTimes(37),
+                got: BitTimes(36),
+            },
+        ),
+        (
+            BusParams {
+                t_id2: BitTimes(149),
+                ..last
+            },
+            BusParamsError::Tid2 {
+                least: BitTimes(150),
+                got: BitTimes(149),
+            },
+        ),
+        (
+            // Max Tsdr + 11 + Tsm = 150 + 11 + 4.
+            BusParams {
+                t_sl: BitTimes(16_384),
+                ..last
+            },
+            BusParamsError::Tsl {
+                least: BitTimes(165),
+                got: BitTimes(16_384),
+            },
+        ),
+        (
+            BusParams {
+                t_tr: BitTimes(0),
+                ..last
+            },
+            BusParamsError::Ttr { got: BitTimes(0) },
+        ),
     ];
+    let of_params = |params| {
+        let found = violations(&Network::new(Baud::B1500000, Profile::User(params), &plc));
+        let of_params = found.into_iter().filter_map(|violation| match violation {
+            Violation::Params(error) => Some(error),
+            _ => None,
+        });
+        of_params.collect::<Vec<_>>()
+    };
     for (params, expected) in cases {
-        let network = Network::new(Baud::B1500000, Profile::User(params), &plc);
-        let of_params: Vec<_> = violations(&network)
-            .into_iter()
-            .filter_map(|violation| match violation {
-                Violation::Params(error) => Some(error),
-                _ => None,
-            })
-            .collect();
-        assert_eq!(of_params, [expected, hsa]);
+        assert_eq!(of_params(params), [expected, hsa]);
     }
+    // A min Tsdr that leaves no room for a max Tsdr: nothing behind it can be judged.
+    let no_room = BusParams {
+        t_sdr_min: BitTimes(1023),
+        ..last
+    };
+    assert_eq!(
+        of_params(no_room),
+        [BusParamsError::MaxTsdr {
+            min: BitTimes(1023),
+            got: BitTimes(150)
+        }]
+    );
+}
+
+#[test]
+fn a_value_at_the_limit_breaks_no_rule() {
+    let plc = [MasterLoad {
+        address: address(2),
+        slaves: &[],
+    }];
+    let good = BusParams {
+        t_tr: BitTimes(100_000),
+        ..BusParams::standard(Baud::B1500000)
+    };
+    let check = |params| violations(&Network::new(Baud::B1500000, Profile::User(params), &plc));
+    // 33 + 2 + 2·100 = 235: max Tsdr may be that, min Tsdr one less than 37.
+    let slow_setup = BusParams {
+        t_set: BitTimes(100),
+        t_sdr_max: BitTimes(235),
+        t_id1: BitTimes(235),
+        t_id2: BitTimes(235),
+        t_sl: BitTimes(448),
+        ..good
+    };
+    assert_eq!(check(slow_setup), []);
+    let late = BusParams {
+        t_sdr_min: BitTimes(36),
+        ..good
+    };
+    assert_eq!(check(late), []);
+    let full = Network {
+        masters: &plc,
+        others: Others {
+            masters: 0,
+            slaves: 125,
+            outputs: 1,
+            inputs: 1,
+        },
+        ..Network::new(Baud::B1500000, Profile::Standard, &[])
+    };
+    assert_eq!(violations(&full), []);
+    // IEC 61158-6-3: a watchdog counts 10 ms · factor 1 · factor 2, 255 each.
+    let watchdog = |ms| {
+        violations(&Network {
+            watchdog: Some(Duration::from_millis(ms)),
+            ..Network::new(Baud::B1500000, Profile::Dp, &plc)
+        })
+    };
+    assert_eq!(watchdog(650_250), []);
+    assert!(matches!(watchdog(650_260)[..], [Violation::Watchdog { .. }]));
+    let network = Network::new(Baud::B1500000, Profile::Dp, &plc);
+    let least = network.baud.duration(network.plan().least_constant_cycle);
+    let cycle = |time| {
+        violations(&Network {
+            constant_cycle: Some(time),
+            ..network
+        })
+    };
+    assert_eq!(cycle(least), []);
+    assert_eq!(
+        cycle(least - Duration::from_nanos(1)),
+        [Violation::ConstantCycle {
+            least,
+            got: least - Duration::from_nanos(1)
+        }]
+    );
+}
+
+#[test]
+fn without_acyclic_cycles_repetitions_are_those_of_the_longest_exchange() {
+    let drive = [slave(3, 16)];
+    let plc = [MasterLoad {
+        address: address(2),
+        slaves: &drive,
+    }];
+    let network = Network {
+        acyclic: 0,
+        ..Network::new(Baud::B12000000, Profile::Dp, &plc)
+    };
+    // As above without the acyclic cycle; the request of Data_Exchange four times: 275 + 1000 + 76.
+    assert_eq!(
+        network.plan().params.t_tr,
+        BitTimes(109 + 1_426 + 943 + 1_142 + 4 * 1_351)
+    );
+}
+
+#[test]
+fn the_proposed_watchdog_ends_at_its_longest() {
+    let plc = [MasterLoad {
+        address: address(2),
+        slaves: &[],
+    }];
+    let network = |acyclic| Network {
+        acyclic,
+        ..Network::new(Baud::B9600, Profile::Dp, &plc)
+    };
+    // Above 5.1 s, which is where ten times the sum of both factors would end.
+    let plan = network(16).plan();
+    let six = Duration::from_nanos(network(16).baud.duration(plan.params.t_tr).as_nanos() * 6);
+    assert!(six > Duration::from_millis(5_100));
+    assert!(plan.watchdog >= six && plan.watchdog - six < Duration::from_millis(11));
+    assert_eq!(network(100_000).plan().watchdog, Duration::from_millis(650_250));
+}
+
+#[test]
+fn times_too_long_to_count_are_the_longest_there_are() {
+    // 11 · 5·10⁸ tBIT and three for each repeater are more than 32 bits hold.
+    assert_eq!(octet_bits(500_000_000), BitTimes(u32::MAX));
+    let way = Way {
+        repeaters: u32::MAX,
+        ..Way::default()
+    };
+    assert_eq!(way.round_trip(Baud::B9600), BitTimes(u32::MAX));
 }
 
 #[test]
