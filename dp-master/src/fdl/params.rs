@@ -370,6 +370,42 @@ mod tests {
     }
 
     #[test]
+    fn each_range_ends_where_the_standard_ends_it() {
+        // EN 50170-2 part 4, bus parameters: max Tsdr to 1023, Tset 1…255, Tsl to 2^14 - 1, Ttr 1…2^24 - 1.
+        let good = BusParams {
+            t_id2: BitTimes(2_000),
+            t_sl: BitTimes(2_000),
+            ..BusParams::standard(Baud::B12000000)
+        };
+        let is_right = |change: fn(&mut BusParams)| {
+            let mut params = good;
+            change(&mut params);
+            params.validate().is_ok()
+        };
+        assert!(is_right(|p| p.t_sdr_max = BitTimes(1023)));
+        assert!(!is_right(|p| p.t_sdr_max = BitTimes(1024)));
+        let set = |t_set| {
+            BusParams {
+                t_set: BitTimes(t_set),
+                t_id1: BitTimes(1_000),
+                ..good
+            }
+            .validate()
+            .is_ok()
+        };
+        assert_eq!([0, 1, 255, 256].map(set), [false, true, true, false]);
+        assert!(is_right(|p| p.t_sl = BitTimes(16_383)));
+        assert!(!is_right(|p| p.t_sl = BitTimes(16_384)));
+        for (t_tr, right) in [(0, false), (1, true), (0x00FF_FFFF, true), (0x0100_0000, false)] {
+            let params = BusParams {
+                t_tr: BitTimes(t_tr),
+                ..good
+            };
+            assert_eq!(params.validate().is_ok(), right, "Ttr {t_tr}");
+        }
+    }
+
+    #[test]
     fn the_latency_allowance_only_lengthens_the_slot() {
         let params = BusParams::standard(Baud::B1500000);
         let lenient = params.with_latency_allowance(Duration::from_millis(20));

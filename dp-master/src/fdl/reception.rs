@@ -93,6 +93,37 @@ mod tests {
     }
 
     #[test]
+    fn each_start_delimiter_announces_its_length() {
+        let baud = Baud::B500000;
+        let at = |micros| Instant::ZERO + Duration::from_micros(micros);
+        // IEC 61158-4-3: SC is alone, then 3, 6 and 14 characters; 22 µs each, the first ends at 1000 µs.
+        for (start, characters) in [(SC, 1), (SD4, 3), (SD1, 6), (SD3, 14)] {
+            let reception = Reception::begin(at(1000), &[start]);
+            assert_eq!(reception.end(baud), at(1000 + (characters - 1) * 22), "{start:02X}");
+        }
+        // Four of six at once: the first of them ended three characters before.
+        assert_eq!(
+            Reception::begin(at(1000), &[SD1, 3, 2, 0x49]).end(baud),
+            at(1000 + 2 * 22)
+        );
+    }
+
+    #[test]
+    fn what_comes_is_as_long_as_it_is() {
+        let baud = Baud::B500000;
+        let at = |micros| Instant::ZERO + Duration::from_micros(micros);
+        let mut reception = Reception::begin(at(1000), &[SC]);
+        reception.extend(&[0x55, 0x55]);
+        reception.extend(&[0x55, 0x55]);
+        assert_eq!(reception.end(baud), at(1000 + 4 * 22));
+        reception.extend_spoiled();
+        reception.extend_spoiled();
+        assert_eq!(reception.end(baud), at(1000 + 6 * 22));
+        // 254 characters after the first.
+        assert_eq!(Reception::longest(baud), Duration::from_micros(254 * 22));
+    }
+
+    #[test]
     fn a_spoiled_start_may_be_the_longest_telegram() {
         let baud = Baud::B500000;
         let mut reception = Reception::begin_spoiled(Instant::ZERO);

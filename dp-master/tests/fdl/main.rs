@@ -7,6 +7,7 @@
 mod bus_parameters;
 mod failures;
 mod noise;
+mod responder;
 mod ring;
 mod ring_bench;
 mod schedule;

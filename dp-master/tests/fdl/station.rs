@@ -67,6 +67,15 @@ struct Bench {
     station: ActiveStation,
     user: User,
     now: Instant,
+    counted: Counted,
+}
+
+/// What the station sent, counted by the octets.
+#[derive(Debug, Default, PartialEq, Eq)]
+struct Counted {
+    sent: u64,
+    tokens: u64,
+    gap_requests: u64,
 }
 
 impl Bench {
@@ -75,6 +84,7 @@ impl Bench {
             station: ActiveStation::new(at(TS), params),
             user: User::default(),
             now: Instant::ZERO,
+            counted: Counted::default(),
         };
         assert_eq!(bench.quiet(bits(1)), []);
         assert_eq!(bench.station.state(), FdlState::ListenToken);
@@ -110,6 +120,10 @@ impl Bench {
         loop {
             if let Some(length) = self.station.poll_transmit(self.now, &mut buf, &mut self.user) {
                 sent.push((self.now, buf[..length].to_vec()));
+                self.counted.sent += 1;
+                self.counted.tokens += u64::from(buf[0] == 0xDC);
+                // SD1 with function 49h: Request FDL Status.
+                self.counted.gap_requests += u64::from((buf[0], buf[3]) == (0x10, 0x49));
                 self.now += BAUD.characters(length);
                 self.station.handle_sent(self.now, &mut self.user);
                 continue;
@@ -123,6 +137,13 @@ impl Bench {
             }
         }
         self.now = self.now.max(end);
+        let statistics = self.station.statistics();
+        let counted = Counted {
+            sent: statistics.sent,
+            tokens: statistics.tokens,
+            gap_requests: statistics.gap_requests,
+        };
+        assert_eq!(counted, self.counted);
         sent
     }
 
@@ -298,6 +319,9 @@ fn a_token_is_repeated_twice_after_a_slot_time_each_and_then_the_successor_is_go
         );
     }
     assert_eq!(bench.user.events, [RingEvent::StationLeft(at(1))]);
+    let statistics = bench.station.statistics();
+    assert_eq!(statistics.token_retries, 2);
+    assert!(statistics.timeouts >= 3, "{statistics:?}");
 }
 
 #[test]
@@ -384,6 +408,9 @@ fn a_request_is_repeated_up_to_the_retry_limit_0_to_8() {
         let sent = bench.quiet(bits(16 * TSL + 12 * 500));
         let requests = sent.iter().filter(|(_, octets)| octets[0] == 0x68).count();
         assert_eq!(requests, usize::from(retry_limit) + 1);
+        let statistics = bench.station.statistics();
+        assert_eq!(statistics.retries, u64::from(retry_limit));
+        assert_eq!(statistics.timeouts, u64::from(retry_limit) + 1);
         assert_eq!(bench.user.outcomes, ["NoAnswer"]);
     }
 }
@@ -409,6 +436,61 @@ fn sda_srd_and_sdn_end_with_their_own_confirmation() {
         data: &[9],
     });
     assert_eq!(bench.user.outcomes, ["Sent", "Acknowledged", "Response"]);
+}
+
+#[test]
+fn an_answer_is_that_of_the_station_asked_and_everything_else_is_counted() {
+    let answer = |sa, da| Telegram::Data {
+        header: Header::new(
+            at(da),
+            at(sa),
+            FunctionCode::response(StationType::Slave, ResponseFunction::DataLow),
+        ),
+        data: &[9],
+    };
+    let asked = || {
+        let mut bench = Bench::member();
+        bench.user.requests = vec![RequestFunction::SrdLow];
+        bench.user.repeat = Some(Repeat::UpToLimit);
+        assert_eq!(bench.token(1, TS)[0][0], 0x68);
+        bench
+    };
+    for (sa, da) in [(41, TS), (40, 6)] {
+        let mut bench = asked();
+        let before = bench.station.statistics();
+        bench.hear_telegram(answer(sa, da));
+        assert_eq!(bench.user.outcomes, [""; 0], "from {sa} to {da}");
+        assert_eq!(bench.station.statistics().discarded, before.discarded + 1);
+        // The request is repeated as after an answer with errors.
+        let sent = bench.quiet(bits(TSL));
+        assert_eq!(sent[0].1[0], 0x68);
+        bench.hear_telegram(answer(40, TS));
+        assert_eq!(bench.user.outcomes, ["Response"]);
+    }
+    // Nobody asked for an acknowledgement while an address of the GAP is asked.
+    let mut bench = Bench::member();
+    let mut tokens = 0;
+    while bench.station.statistics().gap_requests == 0 {
+        bench.token(1, TS);
+        bench.token(1, 1);
+        tokens += 1;
+        assert!(tokens < 100, "no GAP request");
+    }
+    let before = bench.station.statistics();
+    loop {
+        bench.quiet(bits(TID1));
+        bench.hear(&token(1, TS));
+        let status = bench.quiet(bits(TID1 + 70)).pop();
+        if status.is_some_and(|(_, octets)| octets[0] == 0x10) {
+            break;
+        }
+        bench.quiet(bits(TSL));
+        bench.token(1, 1);
+    }
+    assert_eq!(bench.station.state(), FdlState::AwaitStatusResponse);
+    bench.hear(&[0xE5]);
+    assert_eq!(bench.station.statistics().discarded, before.discarded + 1);
+    assert_eq!(bench.user.outcomes, [""; 0]);
 }
 
 /// A member whose last token came so long ago that nothing of Ttr is left.
