@@ -165,6 +165,7 @@ mod tests {
         assert_eq!(Las::only(at(5)).previous(at(5)), Some(at(5)));
         assert_eq!(Las::EMPTY.next(at(5)), None);
         assert_eq!(Las::EMPTY.previous(at(5)), None);
+        assert!(Las::EMPTY.is_empty() && !Las::only(at(5)).is_empty());
     }
 
     #[test]

@@ -27,16 +27,28 @@ fn bits(count: u64) -> Duration {
 /// Requests to be sent, in their order; one is done when it is confirmed.
 #[derive(Default)]
 struct User {
+    /// Nothing is to be done before this moment.
+    wait_until: Option<Instant>,
+    /// One answer that names a moment long past.
+    waits_for_the_past: bool,
     requests: Vec<RequestFunction>,
     repeat: Option<Repeat>,
     outcomes: Vec<String>,
     events: Vec<RingEvent>,
     asked: Vec<Access>,
+    asked_at: Vec<Instant>,
 }
 
 impl TokenUser for User {
-    fn next_action(&mut self, _: Instant, access: Access) -> Action<'_> {
+    fn next_action(&mut self, now: Instant, access: Access) -> Action<'_> {
         self.asked.push(access);
+        self.asked_at.push(now);
+        if std::mem::take(&mut self.waits_for_the_past) {
+            return Action::WaitUntil(Instant::ZERO);
+        }
+        if let Some(until) = self.wait_until.filter(|until| now < *until) {
+            return Action::WaitUntil(until);
+        }
         let Some(&function) = self.requests.first() else {
             return Action::PassToken;
         };
@@ -109,6 +121,7 @@ impl Bench {
         assert_eq!(bench.station.state(), FdlState::ActiveIdle);
         bench.user.events.clear();
         bench.user.asked.clear();
+        bench.user.asked_at.clear();
         bench
     }
 
@@ -491,6 +504,96 @@ fn an_answer_is_that_of_the_station_asked_and_everything_else_is_counted() {
     bench.hear(&[0xE5]);
     assert_eq!(bench.station.statistics().discarded, before.discarded + 1);
     assert_eq!(bench.user.outcomes, [""; 0]);
+}
+
+/// A station alone whose initialisation and first scan are over; it has just got its token back from itself.
+fn alone() -> Bench {
+    let mut bench = Bench::with_params(BusParams {
+        hsa: at(0),
+        ..BusParams::standard(BAUD)
+    });
+    // Ttimeout, then long enough for the one address of its GAP.
+    bench.quiet(bits(16 * TSL) + Duration::from_millis(110));
+    assert_eq!(bench.station.las().len(), 1);
+    bench.user.asked_at.clear();
+    bench.user.asked.clear();
+    bench
+}
+
+#[test]
+fn who_waits_in_a_ring_lets_the_others_work() {
+    let mut bench = Bench::member();
+    bench.user.wait_until = Some(bench.now + Duration::from_millis(50));
+    assert_eq!(bench.token(1, TS), [token(TS, 1)]);
+    assert_eq!(bench.user.asked.len(), 1);
+    // A moment that has passed is none to wait for: asked again with the same token.
+    let mut bench = Bench::member();
+    bench.user.waits_for_the_past = true;
+    bench.user.requests = vec![RequestFunction::SrdLow];
+    assert_eq!(bench.token(1, TS)[0][0], 0x68);
+    assert_eq!(bench.user.asked.len(), 2);
+    let pause = bench.user.asked_at[1] - bench.user.asked_at[0];
+    assert_eq!(pause, Duration::from_nanos(1), "never a deadline that has passed");
+}
+
+#[test]
+fn who_waits_alone_is_asked_at_that_moment_and_the_line_is_never_silent_for_long() {
+    for micros in [20, 200, 700, 900, 1_200, 5_000] {
+        let mut bench = alone();
+        let sent = bench.quiet(Duration::from_micros(300));
+        assert!(!sent.is_empty(), "it works on");
+        let asked = bench.user.asked_at.len();
+        let until = bench.now + Duration::from_micros(micros);
+        bench.user.wait_until = Some(until);
+        let sent = bench.quiet(Duration::from_micros(micros) + bits(66));
+        let questions = &bench.user.asked_at[asked..];
+        let late = *questions.iter().find(|at| **at >= until).unwrap() - until;
+        // A token of its own may be on the line and Tid1 behind it.
+        assert!(late <= bits(TID1 + 33), "{late} after the moment");
+        // Ttimeout of station 0 is six slot times; without anything else on the line four of them are the longest silence.
+        let mut free = until - Duration::from_micros(micros);
+        for (at, octets) in &sent {
+            assert_eq!(octets, &token(TS, TS));
+            assert!(*at - free <= bits(4 * TSL), "silent for {}", *at - free);
+            free = *at + BAUD.characters(3);
+        }
+        assert!(until - free <= bits(4 * TSL), "silent for {} at the end", until - free);
+        // And it does not spin: two questions a token, and a token before, behind and every four slots less its share of one between.
+        let most = 2 * (micros / 600 + 2);
+        assert!(
+            questions.len() as u64 <= most,
+            "asked {} times in {micros} µs",
+            questions.len()
+        );
+    }
+}
+
+#[test]
+fn a_moment_that_has_passed_is_asked_for_again_at_once_alone_too() {
+    let mut bench = alone();
+    bench.user.waits_for_the_past = true;
+    bench.quiet(Duration::from_micros(300));
+    let pauses: Vec<_> = bench.user.asked_at.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    assert!(pauses.contains(&Duration::from_nanos(1)), "{pauses:?}");
+}
+
+#[test]
+fn a_question_to_the_gap_does_not_delay_who_waits() {
+    // Addresses 0…10 are in the GAP; a question costs a slot time and more.
+    let mut bench = Bench::new();
+    bench.quiet(bits(16 * TSL) + Duration::from_millis(200));
+    let mut delays = 0;
+    for _ in 0..400 {
+        let asked = bench.user.asked_at.len();
+        let until = bench.now + Duration::from_micros(900);
+        bench.user.wait_until = Some(until);
+        bench.quiet(Duration::from_micros(1_300));
+        let late = *bench.user.asked_at[asked..].iter().find(|at| **at >= until).unwrap() - until;
+        delays += usize::from(late > bits(TID1 + 33));
+    }
+    let statistics = bench.station.statistics();
+    assert!(statistics.gap_requests > 10, "{statistics:?}");
+    assert_eq!(delays, 0);
 }
 
 /// A member whose last token came so long ago that nothing of Ttr is left.
