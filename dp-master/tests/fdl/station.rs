@@ -2,7 +2,8 @@
 
 use dp_master::address::Address;
 use dp_master::fdl::{
-    Access, Action, ActiveStation, BusParams, Confirmation, FdlState, LeaveCause, Outcome, Repeat, RingEvent, TokenUser,
+    Access, Action, ActiveStation, BusParams, Confirmation, FdlState, LeaveCause, Membership, Outcome, Repeat,
+    RingEvent, TokenUser,
 };
 use dp_master::station::{LineError, MAX_TELEGRAM};
 use dp_master::time::{Baud, BitTimes, Duration, Instant};
@@ -31,6 +32,9 @@ struct User {
     wait_until: Option<Instant>,
     /// One answer that names a moment long past.
     waits_for_the_past: bool,
+    /// Every second answer is that its cycle is complete, so that each request is a cycle.
+    passes_between: bool,
+    passed: bool,
     requests: Vec<RequestFunction>,
     repeat: Option<Repeat>,
     outcomes: Vec<String>,
@@ -49,7 +53,8 @@ impl TokenUser for User {
         if let Some(until) = self.wait_until.filter(|until| now < *until) {
             return Action::WaitUntil(until);
         }
-        let Some(&function) = self.requests.first() else {
+        self.passed = self.passes_between && !self.passed;
+        let Some(&function) = self.requests.first().filter(|_| !self.passed) else {
             return Action::PassToken;
         };
         let counted = !matches!(function, RequestFunction::SdnHigh | RequestFunction::SdnLow);
@@ -594,6 +599,239 @@ fn a_question_to_the_gap_does_not_delay_who_waits() {
     let statistics = bench.station.statistics();
     assert!(statistics.gap_requests > 10, "{statistics:?}");
     assert_eq!(delays, 0);
+}
+
+#[test]
+fn whoever_sends_hears_nothing() {
+    let mut bench = Bench::member();
+    bench.user.requests = vec![RequestFunction::SdaHigh];
+    bench.quiet(bits(TID1));
+    bench.hear(&token(1, TS));
+    let begin = bench.station.poll_timeout().unwrap();
+    bench.now = begin;
+    bench.station.handle_timeout(begin, &mut bench.user);
+    let mut buf = [0; MAX_TELEGRAM];
+    let length = bench.station.poll_transmit(begin, &mut buf, &mut bench.user).unwrap();
+    assert_eq!(buf[0], 0x68);
+    let before = bench.station.statistics();
+    bench.hear(&[0xE5]);
+    bench
+        .station
+        .handle_line_error(bench.now, LineError::Parity, &mut bench.user);
+    assert_eq!(bench.user.outcomes, [""; 0], "no answer before the request has ended");
+    assert_eq!(bench.station.statistics(), before);
+    bench.now = begin + BAUD.characters(length);
+    bench.station.handle_sent(bench.now, &mut bench.user);
+    bench.counted.sent += 1;
+    bench.hear(&[0xE5]);
+    assert_eq!(bench.user.outcomes, ["Acknowledged"]);
+    assert_eq!(bench.station.statistics().received, before.received + 1);
+    assert_eq!(bench.quiet(bits(TSL))[0].1, token(TS, 1));
+}
+
+#[test]
+fn an_answer_that_breaks_off_is_waited_for_as_long_as_it_said() {
+    // SD2 with LE 9 has 15 characters; one character alone may be the longest telegram.
+    for (beginning, characters) in [(&[0x68, 9, 9, 0x68][..], 15), (&[0x68], 255)] {
+        let mut bench = Bench::member();
+        bench.user.requests = vec![RequestFunction::SrdLow];
+        bench.user.repeat = Some(Repeat::UpToLimit);
+        assert_eq!(bench.token(1, TS)[0][0], 0x68);
+        let before = bench.station.statistics();
+        let start = bench.now;
+        bench.hear(beginning);
+        let sent = bench.quiet(bits(3_500));
+        // A slot time after the announced end it is given up, and repeated.
+        let due = start + BAUD.characters(characters) + bits(TSL);
+        let late = sent[0].0 - due;
+        assert!(sent[0].0 >= due, "{} too early", due - sent[0].0);
+        // A lone character is taken for the first of 255 that has just ended: one more; then Tid1.
+        assert!(late <= bits(TID1 + 12), "{late} too late after {characters}");
+        assert_eq!(sent[0].1[0], 0x68);
+        assert!(bench.station.statistics().timeouts > before.timeouts);
+    }
+}
+
+#[test]
+fn the_rest_of_a_telegram_is_waited_for_before_the_token_is_lost_or_anything_is_sent() {
+    // After a whole telegram, the beginning of one that never ends: 9 + 6 characters were announced.
+    let announced = BAUD.characters(15);
+    let mut bench = Bench::member();
+    bench.quiet(bits(TID1));
+    let fc = FunctionCode::request(Fcb::First, RequestFunction::SrdHigh);
+    bench.hear_telegram(Telegram::no_data(at(41), at(1), fc));
+    bench.quiet(bits(TID1));
+    let start = bench.now;
+    bench.hear(&[0x68, 9]);
+    let sent = bench.quiet(bits(20 * TSL));
+    // Ttimeout = (6 + 2·5)·Tsl.
+    let claimed = sent[0].0 - (start + announced);
+    assert!(claimed >= bits(16 * TSL), "claimed after {claimed}");
+    assert!(claimed <= bits(16 * TSL + 2), "claimed after {claimed}");
+
+    // The same while the token is there: the next request goes out Tid1 after the announced end.
+    let mut bench = Bench::member();
+    bench.quiet(bits(TID1));
+    bench.hear(&token(1, TS));
+    bench.user.requests = vec![RequestFunction::SrdLow];
+    let start = bench.now;
+    bench.now += BAUD.characters(2);
+    bench.station.handle_octets(bench.now, &[0x68, 9], &mut bench.user);
+    let sent = bench.quiet(bits(2 * TSL));
+    let pause = sent[0].0 - (start + announced);
+    assert!(sent[0].0 >= start + announced + bits(TID1), "pause {pause}");
+    assert!(pause <= bits(TID1 + 2), "pause {pause}");
+}
+
+#[test]
+fn rubbish_deafens_until_tsyn_or_behind_an_operating_system_until_a_telegram_with_check_sequence() {
+    let status = |bench: &mut Bench| {
+        let fc = FunctionCode::request(Fcb::Inactive, RequestFunction::FdlStatus);
+        bench.hear_telegram(Telegram::no_data(at(TS), at(1), fc));
+    };
+    for (latency, heard) in [(Duration::ZERO, false), (Duration::from_millis(2), true)] {
+        let params = BusParams {
+            hsa: at(10),
+            ..BusParams::standard(BAUD)
+        };
+        let mut bench = Bench::with_params(params.with_latency_allowance(latency));
+        bench.quiet(bits(66) + latency);
+        bench.hear(&[0x55, 0x55]);
+        let before = bench.station.statistics();
+        // A token has no check sequence, so it proves nothing.
+        bench.hear(&token(1, 1));
+        status(&mut bench);
+        assert_eq!(
+            bench.station.statistics().discarded,
+            before.discarded + 2,
+            "not acted on"
+        );
+        status(&mut bench);
+        let discarded = before.discarded + if heard { 2 } else { 3 };
+        assert_eq!(bench.station.statistics().discarded, discarded);
+        assert_eq!(bench.quiet(bits(TSL) + latency).len(), usize::from(heard));
+    }
+    // An answer that was disturbed is not there, whatever follows it.
+    let latency = Duration::from_millis(2);
+    let params = BusParams {
+        hsa: at(0),
+        ..BusParams::standard(BAUD)
+    };
+    let mut bench = Bench::with_params(params.with_latency_allowance(latency));
+    bench.user.requests = vec![RequestFunction::SrdLow];
+    while bench.station.state() != FdlState::AwaitDataResponse {
+        bench.quiet(bits(100));
+    }
+    bench.quiet(bits(100));
+    let fc = FunctionCode::response(StationType::Slave, ResponseFunction::DataLow);
+    let mut octets = [0; MAX_TELEGRAM];
+    let answer = Telegram::Data {
+        header: Header::new(at(TS), at(40), fc),
+        data: &[9],
+    };
+    let length = answer.encode(&mut octets).unwrap();
+    bench.hear(&[&[0x55], &octets[..length], &octets[..length]].concat());
+    assert_eq!(bench.user.outcomes, [""; 0]);
+}
+
+#[test]
+fn line_errors_are_counted() {
+    let mut bench = Bench::member();
+    for count in 1..=3 {
+        bench.quiet(bits(TID1 + 11));
+        bench
+            .station
+            .handle_line_error(bench.now, LineError::Parity, &mut bench.user);
+        assert_eq!(bench.station.statistics().line_errors, count);
+    }
+}
+
+#[test]
+fn an_answer_nobody_asked_for_is_not_answered() {
+    let mut bench = Bench::member();
+    bench.quiet(bits(TID1));
+    let fc = FunctionCode::response(StationType::Slave, ResponseFunction::DataLow);
+    bench.hear_telegram(Telegram::no_data(at(TS), at(40), fc));
+    assert_eq!(bench.quiet(bits(TSL)), []);
+    // Nor does it make the own address suspicious.
+    for _ in 0..3 {
+        bench.hear_telegram(Telegram::no_data(at(1), at(TS), fc));
+        bench.quiet(bits(TID1));
+    }
+    assert_eq!(bench.user.events, []);
+    assert_eq!(bench.station.state(), FdlState::ActiveIdle);
+}
+
+#[test]
+fn a_listener_tells_nothing_of_a_ring_it_is_not_in() {
+    let mut bench = Bench::new();
+    bench.hear_rotations(2);
+    assert!(!bench.station.is_in_ring());
+    // 7 joins and leaves.
+    for (sa, da) in [(1, 7), (7, 1), (1, 7), (7, 1), (1, 1), (1, 1)] {
+        bench.token(sa, da);
+    }
+    assert_eq!(bench.user.events, []);
+    assert!(Bench::member().station.is_in_ring());
+}
+
+#[test]
+fn membership_is_what_was_commanded_last() {
+    let mut bench = Bench::member();
+    assert_eq!(bench.station.membership(), Membership::Ring);
+    bench.station.set_membership(Membership::Ring);
+    assert_eq!(bench.station.state(), FdlState::ActiveIdle);
+    bench.station.set_membership(Membership::Passive);
+    assert_eq!(bench.station.membership(), Membership::Passive);
+    bench.quiet(bits(1));
+    assert_eq!(bench.station.state(), FdlState::PassiveIdle);
+    assert_eq!(bench.user.events, [RingEvent::Left(LeaveCause::Commanded)]);
+    // While an answer leaves, the command waits for its end.
+    let mut bench = Bench::member();
+    bench.quiet(bits(TID1));
+    let fc = FunctionCode::request(Fcb::Inactive, RequestFunction::FdlStatus);
+    bench.hear_telegram(Telegram::no_data(at(TS), at(1), fc));
+    bench.now = bench.station.poll_timeout().unwrap();
+    bench.station.handle_timeout(bench.now, &mut bench.user);
+    let mut buf = [0; MAX_TELEGRAM];
+    assert_eq!(
+        bench.station.poll_transmit(bench.now, &mut buf, &mut bench.user),
+        Some(6)
+    );
+    bench.station.set_membership(Membership::Offline);
+    assert_ne!(bench.station.poll_timeout(), Some(Instant::ZERO));
+    assert_eq!(bench.user.events, []);
+}
+
+#[test]
+fn a_station_alone_works_on_without_a_token_between_its_cycles() {
+    let mut bench = alone();
+    bench.user.passes_between = true;
+    bench.user.requests = vec![RequestFunction::SdnLow; 2_000];
+    let before = bench.counted.tokens;
+    bench.quiet(Duration::from_millis(150));
+    let (tokens, requests) = (bench.counted.tokens - before, bench.user.outcomes.len());
+    // SD2 of 11 characters and Tid2 are 271 tBIT, so there were 800 of them.
+    assert!(requests > 780, "{requests} requests");
+    // A token and Tid1 are 70 tBIT: 512 of them between two, about 130 requests.
+    assert!((4..=9).contains(&tokens), "{tokens} tokens");
+    // Commanded to leave, it does not wait for them.
+    bench.station.set_membership(Membership::Passive);
+    bench.quiet(Duration::from_millis(2));
+    assert_eq!(bench.station.state(), FdlState::PassiveIdle);
+}
+
+#[test]
+fn a_ring_is_claimed_with_two_tokens_tid1_apart() {
+    let mut bench = Bench::new();
+    let sent = bench.quiet(bits(16 * TSL + 400));
+    assert_eq!((&sent[0].1, &sent[1].1), (&token(TS, TS), &token(TS, TS)));
+    for pair in sent.windows(2) {
+        let pause = pair[1].0 - pair[0].0 - BAUD.characters(pair[0].1.len());
+        assert!(pause >= bits(TID1), "{pause} between {pair:02X?}");
+    }
+    // Then it looks for others before its user may do anything.
+    assert_eq!((sent[2].1[0], sent[2].1[3]), (0x10, 0x49));
 }
 
 /// A member whose last token came so long ago that nothing of Ttr is left.
