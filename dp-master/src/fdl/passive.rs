@@ -114,16 +114,17 @@ impl Responder {
     pub fn handle_octets<U: ResponderUser>(&mut self, now: Instant, octets: &[u8], user: &mut U) {
         self.notice(now, octets.len());
         let Self { decoder, core } = self;
-        let pending = decoder.pending();
-        decoder.push(octets, |found| core.handle(now, found, user));
-        match decoder.pending() {
-            0 => {}
-            now_pending => {
-                // The beginning of a telegram read together with the request: somebody speaks.
-                core.timers.stop(Timer::Pause);
-                if pending == 0 || now_pending < pending {
-                    core.begun = now;
-                }
+        // Whether what is pending afterwards began with these octets.
+        let mut begins = decoder.pending() == 0;
+        decoder.push(octets, |found| {
+            begins = true;
+            core.handle(now, found, user);
+        });
+        if decoder.pending() > 0 {
+            // The beginning of a telegram read together with the request: somebody speaks.
+            core.timers.stop(Timer::Pause);
+            if begins {
+                core.begun = now;
             }
         }
     }
