@@ -223,6 +223,19 @@ mod tests {
     }
 
     #[test]
+    fn another_master_heard_makes_the_next_token_the_one_that_asks() {
+        let mut gap = Gap::new(at(2), at(9), 10);
+        gap.hurry();
+        assert_eq!(gap.due(Instant::ZERO, las(&[2, 6])), None);
+        gap.count_rotation();
+        assert_eq!(gap.due(Instant::ZERO, las(&[2, 6])), Some(at(3)));
+        // What has begun goes on.
+        gap.asked(Instant::ZERO, Instant::ZERO, at(3));
+        gap.hurry();
+        assert_eq!(gap.due(Instant::ZERO, las(&[2, 6])), Some(at(4)));
+    }
+
+    #[test]
     fn a_master_alone_waits_160_times_what_the_last_look_took() {
         let at_us = |micros| Instant::ZERO + Duration::from_micros(micros);
         let mut gap = Gap::new(at(2), at(9), 1);

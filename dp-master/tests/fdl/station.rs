@@ -30,8 +30,10 @@ fn bits(count: u64) -> Duration {
 struct User {
     /// Nothing is to be done before this moment.
     wait_until: Option<Instant>,
-    /// One answer that names a moment long past.
-    waits_for_the_past: bool,
+    /// One answer that waits until no later than now.
+    waits_for: Option<fn(Instant) -> Instant>,
+    /// Instead of two octets.
+    data: Option<&'static [u8]>,
     /// Every second answer is that its cycle is complete, so that each request is a cycle.
     passes_between: bool,
     passed: bool,
@@ -47,8 +49,8 @@ impl TokenUser for User {
     fn next_action(&mut self, now: Instant, access: Access) -> Action<'_> {
         self.asked.push(access);
         self.asked_at.push(now);
-        if std::mem::take(&mut self.waits_for_the_past) {
-            return Action::WaitUntil(Instant::ZERO);
+        if let Some(until) = self.waits_for.take() {
+            return Action::WaitUntil(until(now));
         }
         if let Some(until) = self.wait_until.filter(|until| now < *until) {
             return Action::WaitUntil(until);
@@ -61,7 +63,7 @@ impl TokenUser for User {
         let fcb = if counted { Fcb::First } else { Fcb::Inactive };
         Action::Send {
             header: Header::new(at(40), at(TS), FunctionCode::request(fcb, function)),
-            data: &[1, 2],
+            data: self.data.unwrap_or(&[1, 2]),
             repeat: self.repeat.unwrap_or(Repeat::Never),
         }
     }
@@ -394,7 +396,36 @@ fn the_own_address_heard_twice_sends_a_station_offline_and_later_back_to_listen(
         assert_eq!(bench.token(1, TS), none, "it neither hears nor speaks");
         bench.quiet(Duration::from_millis(1_000));
         assert_eq!(bench.station.state(), FdlState::ListenToken);
+        bench.token(TS, 1);
+        assert_eq!(
+            bench.station.state(),
+            FdlState::ListenToken,
+            "once may be an error again"
+        );
     }
+}
+
+#[test]
+fn a_member_tells_who_joins_elsewhere() {
+    let mut bench = Bench::member();
+    bench.token(1, TS);
+    // Its successor passes the token to somebody new.
+    bench.token(1, 3);
+    bench.token(3, TS);
+    assert_eq!(bench.user.events, [RingEvent::StationJoined(at(3))]);
+}
+
+#[test]
+fn a_request_that_fits_into_no_telegram_is_no_answer_and_costs_a_slot_time() {
+    let mut bench = Bench::member();
+    bench.user.requests = vec![RequestFunction::SrdLow; 2];
+    bench.user.data = Some(&[0; 250]);
+    bench.quiet(bits(TID1));
+    bench.hear(&token(1, TS));
+    bench.quiet(bits(3 * TSL));
+    assert_eq!(bench.user.outcomes, ["NoAnswer", "NoAnswer"]);
+    let pause = bench.user.asked_at[1] - bench.user.asked_at[0];
+    assert_eq!(pause, bits(TSL));
 }
 
 #[test]
@@ -485,7 +516,7 @@ fn an_answer_is_that_of_the_station_asked_and_everything_else_is_counted() {
         bench.hear_telegram(answer(40, TS));
         assert_eq!(bench.user.outcomes, ["Response"]);
     }
-    // Nobody asked for an acknowledgement while an address of the GAP is asked.
+    // Nobody asked for an acknowledgement, or for another station's status, while an address of the GAP is asked.
     let mut bench = Bench::member();
     let mut tokens = 0;
     while bench.station.statistics().gap_requests == 0 {
@@ -511,6 +542,35 @@ fn an_answer_is_that_of_the_station_asked_and_everything_else_is_counted() {
     assert_eq!(bench.user.outcomes, [""; 0]);
 }
 
+#[test]
+fn the_status_of_another_than_the_station_asked_is_no_answer() {
+    let asked = || {
+        let mut bench = Bench::member();
+        for _ in 0..100 {
+            bench.quiet(bits(TID1));
+            bench.hear(&token(1, TS));
+            let status = bench.quiet(bits(TID1 + 70)).pop();
+            if let Some((_, octets)) = status.filter(|(_, octets)| octets[0] == 0x10) {
+                return (bench, octets[1]);
+            }
+            bench.quiet(bits(TSL));
+            bench.token(1, 1);
+        }
+        panic!("no GAP request");
+    };
+    let ready = FunctionCode::response(StationType::MasterReady, ResponseFunction::Ok);
+    let (mut bench, gap) = asked();
+    bench.hear_telegram(Telegram::no_data(at(TS), at(gap), ready));
+    assert!(bench.station.las().contains(at(gap)), "it joins");
+    for (sa, da) in [(41, TS), (gap, 1)] {
+        let (mut bench, gap) = asked();
+        let before = bench.station.statistics();
+        bench.hear_telegram(Telegram::no_data(at(da), at(sa), ready));
+        assert_eq!(bench.station.statistics().discarded, before.discarded + 1);
+        assert!(!bench.station.las().contains(at(gap)), "{sa} to {da}");
+    }
+}
+
 /// A station alone whose initialisation and first scan are over; it has just got its token back from itself.
 fn alone() -> Bench {
     let mut bench = Bench::with_params(BusParams {
@@ -531,14 +591,16 @@ fn who_waits_in_a_ring_lets_the_others_work() {
     bench.user.wait_until = Some(bench.now + Duration::from_millis(50));
     assert_eq!(bench.token(1, TS), [token(TS, 1)]);
     assert_eq!(bench.user.asked.len(), 1);
-    // A moment that has passed is none to wait for: asked again with the same token.
-    let mut bench = Bench::member();
-    bench.user.waits_for_the_past = true;
-    bench.user.requests = vec![RequestFunction::SrdLow];
-    assert_eq!(bench.token(1, TS)[0][0], 0x68);
-    assert_eq!(bench.user.asked.len(), 2);
-    let pause = bench.user.asked_at[1] - bench.user.asked_at[0];
-    assert_eq!(pause, Duration::from_nanos(1), "never a deadline that has passed");
+    // A moment that has passed, or is now, is none to wait for: asked again with the same token.
+    for until in [(|_| Instant::ZERO) as fn(Instant) -> Instant, |now| now] {
+        let mut bench = Bench::member();
+        bench.user.waits_for = Some(until);
+        bench.user.requests = vec![RequestFunction::SrdLow];
+        assert_eq!(bench.token(1, TS)[0][0], 0x68);
+        assert_eq!(bench.user.asked.len(), 2);
+        let pause = bench.user.asked_at[1] - bench.user.asked_at[0];
+        assert_eq!(pause, Duration::from_nanos(1), "never a deadline that has passed");
+    }
 }
 
 #[test]
@@ -576,7 +638,7 @@ fn who_waits_alone_is_asked_at_that_moment_and_the_line_is_never_silent_for_long
 #[test]
 fn a_moment_that_has_passed_is_asked_for_again_at_once_alone_too() {
     let mut bench = alone();
-    bench.user.waits_for_the_past = true;
+    bench.user.waits_for = Some(|_| Instant::ZERO);
     bench.quiet(Duration::from_micros(300));
     let pauses: Vec<_> = bench.user.asked_at.windows(2).map(|pair| pair[1] - pair[0]).collect();
     assert!(pauses.contains(&Duration::from_nanos(1)), "{pauses:?}");
@@ -730,7 +792,9 @@ fn rubbish_deafens_until_tsyn_or_behind_an_operating_system_until_a_telegram_wit
         data: &[9],
     };
     let length = answer.encode(&mut octets).unwrap();
-    bench.hear(&[&[0x55], &octets[..length], &octets[..length]].concat());
+    let octets = [&[0x55], &octets[..length], &octets[..length]].concat();
+    bench.now += BAUD.characters(octets.len());
+    bench.station.handle_octets(bench.now, &octets, &mut bench.user);
     assert_eq!(bench.user.outcomes, [""; 0]);
 }
 
