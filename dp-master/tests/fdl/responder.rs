@@ -25,12 +25,14 @@ struct User {
     requests: usize,
     repetitions: usize,
     unacknowledged: usize,
+    /// Octets of an answer; without, the short acknowledgement.
+    answer: Option<&'static [u8]>,
 }
 
 impl ResponderUser for User {
     fn handle_request(&mut self, _: Instant, _: &Header, _: &[u8]) -> Response<'_> {
         self.requests += 1;
-        Response::ShortAck
+        self.answer.map_or(Response::ShortAck, Response::Low)
     }
     fn handle_repetition(&mut self, _: Instant, _: &Header) {
         self.repetitions += 1;
@@ -167,6 +169,15 @@ fn an_answer_of_the_station_itself_makes_the_stored_reply_unrepeatable() {
         ACKNOWLEDGED
     );
     assert_eq!((bench.user.requests, bench.user.repetitions), (3, 0));
+}
+
+#[test]
+fn an_answer_that_fits_into_no_telegram_is_none() {
+    let mut bench = Bench::new();
+    bench.user.answer = Some(&[0; 250]);
+    bench.hear(TSYN, &request(TS, Fcb::First, RequestFunction::SrdHigh));
+    assert_eq!(bench.responder.poll_timeout(), None);
+    assert_eq!(bench.user.requests, 1);
 }
 
 #[test]
