@@ -764,7 +764,7 @@ fn the_rest_of_a_telegram_is_waited_for_before_the_token_is_lost_or_anything_is_
     bench.quiet(bits(TID1));
     let fc = FunctionCode::request(Fcb::First, RequestFunction::SrdHigh);
     bench.hear_telegram(Telegram::no_data(at(41), at(1), fc));
-    bench.quiet(bits(TID1));
+    bench.quiet(bits(5));
     let start = bench.now;
     bench.hear(&[0x68, 9]);
     let sent = bench.quiet(bits(20 * TSL));
@@ -802,6 +802,7 @@ fn rubbish_deafens_until_tsyn_or_behind_an_operating_system_until_a_telegram_wit
         bench.quiet(bits(66) + latency);
         bench.hear(&[0x55, 0x55]);
         let before = bench.station.statistics();
+        assert!(before.discarded > 0);
         // A token has no check sequence, so it proves nothing.
         bench.hear(&token(1, 1));
         status(&mut bench);
@@ -879,6 +880,13 @@ fn a_listener_tells_nothing_of_a_ring_it_is_not_in() {
     }
     assert_eq!(bench.user.events, []);
     assert!(Bench::member().station.is_in_ring());
+    // Nor does one that is ready and has not had the token yet.
+    let mut bench = Bench::new();
+    bench.hear_rotations(2);
+    bench.status_of(1);
+    assert_eq!(bench.station.state(), FdlState::ActiveIdle);
+    bench.token(1, 7);
+    assert_eq!(bench.user.events, []);
 }
 
 #[test]
