@@ -301,6 +301,11 @@ fn universal_has_slow_stations_and_keeps_its_own_rules() {
         (plan.params.t_sl, plan.params.t_sdr_max),
         (BitTimes(1_960), BitTimes(980))
     );
+    // Trdy may be as long as min Tsdr, and a station with so slow a min Tsdr needs it.
+    assert_eq!(
+        (plan.params.t_sdr_min, plan.params.t_rdy),
+        (BitTimes(150), BitTimes(150))
+    );
     assert_eq!(
         violations(&Network::new(Baud::B3000000, Profile::Universal, &plc)),
         [Violation::UniversalTooFast { baud: Baud::B3000000 }]

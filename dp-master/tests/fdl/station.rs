@@ -255,6 +255,26 @@ fn a_listener_is_not_ready_before_it_has_heard_two_identical_rotations() {
 }
 
 #[test]
+fn a_repeated_token_is_no_new_turn_of_the_ring() {
+    let mut bench = Bench::new();
+    for (sa, da) in [(1, 7), (7, 1), (1, 7), (1, 7), (7, 1)] {
+        bench.token(sa, da);
+    }
+    assert_eq!(station_type(&bench.status_of(1)), StationType::MasterReady);
+}
+
+#[test]
+fn the_own_address_heard_before_listening_again_is_not_forgotten() {
+    let mut bench = Bench::member();
+    bench.token(TS, 1);
+    // The second rotation that passes over it.
+    bench.token(1, 1);
+    assert_eq!(bench.station.state(), FdlState::ListenToken);
+    bench.token(TS, 1);
+    assert_eq!(bench.station.state(), FdlState::Offline);
+}
+
+#[test]
 fn a_member_answers_that_it_is_in_the_ring() {
     let mut bench = Bench::member();
     assert_eq!(station_type(&bench.status_of(1)), StationType::MasterInRing);
