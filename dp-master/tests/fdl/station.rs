@@ -30,6 +30,10 @@ fn bits(count: u64) -> Duration {
 struct User {
     /// Nothing is to be done before this moment.
     wait_until: Option<Instant>,
+    /// A request each time so long after the one before, and nothing but waiting in between: the next moment and the pause.
+    cycle: Option<(Instant, Duration)>,
+    /// How much later than its moment the latest of them began.
+    latest: Duration,
     /// One answer that waits until no later than now.
     waits_for: Option<fn(Instant) -> Instant>,
     /// Instead of two octets.
@@ -54,6 +58,13 @@ impl TokenUser for User {
         }
         if let Some(until) = self.wait_until.filter(|until| now < *until) {
             return Action::WaitUntil(until);
+        }
+        if let Some((due, pause)) = self.cycle {
+            if now < due {
+                return Action::WaitUntil(due);
+            }
+            self.latest = self.latest.max(now - due);
+            self.cycle = Some((due + pause, pause));
         }
         self.passed = self.passes_between && !self.passed;
         let Some(&function) = self.requests.first().filter(|_| !self.passed) else {
@@ -710,19 +721,20 @@ fn a_question_to_the_gap_does_not_delay_who_waits() {
     // Addresses 0…10 are in the GAP; a question costs a slot time and more.
     let mut bench = Bench::new();
     bench.quiet(bits(16 * TSL) + Duration::from_millis(200));
-    let before = bench.counted.gap_requests;
-    // It always waits for something, between 300 µs and 1.3 ms; a question is put only where it fits in between.
-    let mut until = bench.now;
-    for step in 0..500_u64 {
-        let asked = bench.user.asked_at.len();
-        until += Duration::from_micros(300 + step * 37 % 1_000);
-        bench.user.wait_until = Some(until);
-        bench.quiet(until - bench.now);
-        let begun = bench.quiet(bits(TID1 + 33));
-        let late = bench.user.asked_at[asked..].iter().find(|at| **at >= until);
-        assert!(late.is_some(), "not asked at step {step}, instead {begun:02X?}");
+    // A request has 121 tBIT of 1.5 Mbit/s. Four slot times less 5/128 of one later the station breaks the silence; a question that nobody
+    // answers, 66 + 300 + 37, and the token, 70, fit behind that when 1309 + 473 tBIT = 1188 µs lie between the requests.
+    for (micros, fits) in [(400, false), (1_170, false), (1_200, true), (2_000, true)] {
+        let pause = Duration::from_micros(micros);
+        bench.user.requests = vec![RequestFunction::SdnLow; 500];
+        bench.user.cycle = Some((bench.now + pause, pause));
+        bench.user.latest = Duration::ZERO;
+        let before = bench.counted.gap_requests;
+        bench.quiet(Duration::from_micros(micros * 490));
+        let asked = bench.counted.gap_requests - before;
+        assert_eq!(asked > 3, fits, "{asked} questions between requests {micros} µs apart");
+        // A token of its own may be on the line and Tid1 behind it, but no question.
+        assert!(bench.user.latest <= bits(TID1 + 33), "{} late", bench.user.latest);
     }
-    assert!(bench.counted.gap_requests > before + 3, "the GAP is forgotten");
 }
 
 #[test]
