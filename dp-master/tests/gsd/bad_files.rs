@@ -152,6 +152,7 @@ fn entries_outside_of_their_block_are_told_where_they_belong() {
         ("Unsigned8 0 0-255", "ExtUserPrmData"),
         ("Slot(1) = \"a\" 1 1", "SlotDefinition"),
         ("Value(1) = \"a\"", "Unit_Diag_Area"),
+        ("X_Value(1) = \"a\"", "Unit_Diag_Area"),
         ("Preset = 1", "Module"),
         ("Ext_Module_Prm_Data_Len = 1", "Module"),
         ("Length = 1", "Data_Area_Beg"),
