@@ -8,7 +8,7 @@ use dp_master::dp::Diagnosis;
 use dp_master::gsd::{self, Reading};
 use proptest::prelude::*;
 
-use crate::bench::{FILES, SLAVE, complaints, has_error, remarks, with};
+use crate::bench::{FILES, SLAVE, SLAVE_LINES, complaints, has_error, remarks, with};
 
 /// The smallest slave without the lines that start with one of these.
 fn without(keywords: &[&str]) -> Vec<String> {
@@ -141,6 +141,49 @@ fn inner_blocks_that_are_not_closed_are_closed_with_the_outer_one() {
     assert_eq!(
         complaints("UnitDiagType = 1\nX_Unit_Diag_Area = 24-31\nEndUnitDiagType"),
         ["error 2: `Unit_Diag_Area` is not closed by `Unit_Diag_Area_End` before `EndUnitDiagType`"]
+    );
+}
+
+#[test]
+fn a_revision_that_cannot_be_read_is_not_missing_too() {
+    let text = SLAVE.replace("GSD_Revision = 5", "GSD_Revision = 300");
+    let remarks = remarks(&gsd::parse(text.as_bytes()));
+    assert_eq!(remarks.len(), 1, "{remarks:?}");
+    assert!(remarks[0].starts_with("error 2: `GSD_Revision`"), "{remarks:?}");
+}
+
+#[test]
+fn user_parameters_fill_a_set_prm_and_no_more() {
+    // IEC 61158-6-3: 244 octets less the seven of the standard.
+    for (octets, possible) in [(237, true), (238, false), (239, false)] {
+        let data = vec!["0"; octets].join(",");
+        let found = complaints(&format!("User_Prm_Data = {data}"));
+        let told = found.iter().any(|remark| remark.contains("237 are possible"));
+        assert_eq!(told, !possible, "{octets} octets: {found:?}");
+    }
+}
+
+#[test]
+fn errors_and_warnings_are_told_apart() {
+    let reading =
+        with("Preset = 1\nUnit_Diag_Area = 0-3\nUnit_Diag_Area_End\nUnit_Diag_Area = 3-5\nUnit_Diag_Area_End");
+    let lines = |remarks: Vec<&gsd::Diagnostic>| {
+        remarks
+            .iter()
+            .map(|remark| remark.line() - SLAVE_LINES)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(lines(reading.errors().collect()), [1]);
+    assert_eq!(lines(reading.warnings().collect()), [4]);
+}
+
+#[test]
+fn a_channel_diagnosis_has_no_place_in_a_unit_diag_type() {
+    // So it ends the block, as any other statement of the station does.
+    let found = complaints("UnitDiagType = 1\nChannel_Diag(17) = \"a\"\nEndUnitDiagType");
+    assert_eq!(
+        found[0],
+        "error 1: `UnitDiagType` is not closed by `EndUnitDiagType` before `Channel_Diag`"
     );
 }
 

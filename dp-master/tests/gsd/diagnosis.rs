@@ -69,7 +69,19 @@ fn what_the_file_has_no_text_for_is_told_by_number() {
     );
     // A file without any texts: the octets.
     let gsd = clean("");
-    assert_eq!(of(&gsd.configure(), &[&[0x03, 0x32, 0x10]]), ["of the device: 32 10"]);
+    let texts = gsd.configure().diagnosis_texts(&diagnosis(&[&[0x03, 0x32, 0x10]]));
+    assert_eq!(texts[0].to_string(), "of the device: 32 10");
+    let all = Origin::Device {
+        first_bit: 0,
+        last_bit: 15,
+    };
+    assert_eq!(texts[0].origin, all);
+    // Behind the head of an alarm only what belongs to it: process alarm of slot 3, specifier 0, then two octets.
+    let gsd = clean("DPV1_Slave = 1\nC1_Read_Write_supp = 1\nC1_Read_Write_required = 1");
+    assert_eq!(
+        of(&gsd.configure(), &[&[0x06, 0x02, 0x03, 0x00, 0xAB, 0xCD]]),
+        ["slot 3: process alarm", "of the device: AB CD"]
+    );
 }
 
 #[test]

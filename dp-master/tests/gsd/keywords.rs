@@ -566,6 +566,16 @@ EndModule
 ";
 
 #[test]
+fn the_reference_of_a_module_is_a_number_alone_or_a_keyword() {
+    let reference = |line: &str| {
+        let gsd = clean(&format!("Module = \"a\" 0x20\n{line}\nEndModule"));
+        gsd.modules[1].reference
+    };
+    assert_eq!(reference("7"), Some(7));
+    assert_eq!(reference("Module_Reference = 7"), Some(7));
+}
+
+#[test]
 fn keywords_of_modules() {
     let at = |field: &str| format!("/modules/1{field}");
     let table = [
