@@ -6,7 +6,7 @@
 #![cfg(feature = "std")]
 
 use dp_master::fdl::BusParams;
-use dp_master::gsd::{self, MainFamily, Rate};
+use dp_master::gsd::{self, MainFamily, Pins24V, Rate, RepeaterCtrlSig};
 use dp_master::time::{Baud, BitTimes};
 use serde_json::{Value, json};
 
@@ -564,6 +564,13 @@ Data_Type = 5,6
 Data_Area_End
 EndModule
 ";
+
+#[test]
+fn a_zero_that_says_what_holds_anyway_says_so() {
+    let general = clean("Repeater_Ctrl_Sig = 0\n24V_Pins = 0").general;
+    assert_eq!(general.repeater_ctrl_sig, RepeaterCtrlSig::NotConnected);
+    assert_eq!(general.pins_24v, Pins24V::NotConnected);
+}
 
 #[test]
 fn the_reference_of_a_module_is_a_number_alone_or_a_keyword() {
