@@ -85,6 +85,34 @@ fn what_the_file_has_no_text_for_is_told_by_number() {
 }
 
 #[test]
+fn an_area_counts_no_more_than_32_bits() {
+    let gsd = clean("Unit_Diag_Area = 8-47\nValue(1) = \"one\"\nUnit_Diag_Area_End");
+    // Bits 8 and 40, which is 32 behind the first.
+    assert_eq!(of(&gsd.configure(), &[&[0x07, 0, 0x01, 0, 0, 0, 0x01]]), ["one"]);
+}
+
+#[test]
+fn only_a_slave_of_dp_v1_sends_alarms() {
+    // What would be DPV1_Status_1 with DPV1_Enable is a parameter of its own here.
+    let gsd = clean("Ext_User_Prm_Data_Const(0) = 0x80,0,0");
+    assert_eq!(
+        of(&gsd.configure(), &[&[0x06, 0x02, 0x03, 0x00, 0xAB, 0xCD]]),
+        ["of the device: 02 03 00 AB CD"]
+    );
+}
+
+#[test]
+fn a_module_without_texts_speaks_with_those_of_the_station() {
+    let gsd = clean("DPV1_Slave = 1\nC1_Read_Write_supp = 1\nC1_Read_Write_required = 1\nUnit_Diag_Bit(24) = \"hot\"");
+    let mut setup = gsd.configure();
+    setup.plug("first").unwrap();
+    assert_eq!(
+        of(&setup, &[&[0x05, 0x02, 0x01, 0x00, 0x01]]),
+        ["slot 1 `first`: process alarm", "hot"]
+    );
+}
+
+#[test]
 fn help_comes_with_its_text() {
     let gsd = read(DRIVE);
     let texts = gsd.configure().diagnosis_texts(&diagnosis(&[&[0x02, 0x0C]]));
