@@ -505,6 +505,37 @@ fn a_module_with_profisafe_parameters_is_refused() {
     );
 }
 
+#[test]
+fn one_sign_of_profisafe_is_enough_to_refuse_a_module() {
+    for line in ["F_ParamDescCRC = 1", "F_Ext_User_Prm_Data_Const(0) = 1"] {
+        let gsd = with(&format!("Module = \"safe\" 0x20\n{line}\nEndModule")).gsd;
+        let mut setup = gsd.configure();
+        setup.plug("safe").unwrap();
+        assert!(
+            message(setup.user_prm()).starts_with("module `safe` needs PROFIsafe"),
+            "{line}"
+        );
+    }
+}
+
+#[test]
+fn only_what_is_preset_and_fixed_stays_plugged() {
+    for (fixed, preset) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        let module = format!("Module = \"p\" 0x20\nPreset = {preset}\nEndModule");
+        let gsd = with(&format!("{module}\nFixPresetModules = {fixed}")).gsd;
+        let mut setup = gsd.configure();
+        if preset == 0 {
+            setup.plug("p").unwrap();
+        }
+        let slot = setup.modules().next().unwrap().0;
+        assert_eq!(
+            setup.unplug(slot).is_err(),
+            (fixed, preset) == (1, 1),
+            "fixed {fixed}, preset {preset}"
+        );
+    }
+}
+
 // On the bus
 
 #[test]
