@@ -506,6 +506,18 @@ fn a_module_with_profisafe_parameters_is_refused() {
 }
 
 #[test]
+fn parameters_of_a_dp_v1_slave_begin_with_its_three_status_octets_if_there_are_any() {
+    let user_prm = |constant: &str| {
+        let gsd = clean(&format!("DPV1_Slave = 1\n{constant}"));
+        let mut setup = gsd.configure();
+        setup.plug("first").unwrap();
+        setup.user_prm().unwrap()
+    };
+    assert_eq!(user_prm(""), [0_u8; 0]);
+    assert_eq!(user_prm("Ext_User_Prm_Data_Const(0) = 1"), [1, 0, 0]);
+}
+
+#[test]
 fn one_sign_of_profisafe_is_enough_to_refuse_a_module() {
     for line in ["F_ParamDescCRC = 1", "F_Ext_User_Prm_Data_Const(0) = 1"] {
         let gsd = with(&format!("Module = \"safe\" 0x20\n{line}\nEndModule")).gsd;
