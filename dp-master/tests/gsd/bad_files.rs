@@ -164,6 +164,13 @@ fn user_parameters_fill_a_set_prm_and_no_more() {
 }
 
 #[test]
+fn an_index_that_is_not_closed_is_none() {
+    let reading = with("Unit_Diag_Bit(15 = \"a\"");
+    assert_eq!(reading.diagnostics.len(), 1, "{:?}", reading.diagnostics);
+    assert!(reading.gsd.unit_diag.bits.is_empty());
+}
+
+#[test]
 fn errors_and_warnings_are_told_apart() {
     let reading =
         with("Preset = 1\nUnit_Diag_Area = 0-3\nUnit_Diag_Area_End\nUnit_Diag_Area = 3-5\nUnit_Diag_Area_End");

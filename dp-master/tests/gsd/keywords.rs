@@ -566,6 +566,34 @@ EndModule
 ";
 
 #[test]
+fn a_description_fits_on_a_page() {
+    let gsd = clean(
+        "OrderNumber = \"4711\"\nInfo_Text = \"What it is\"\n24V_Pins = 1\nFreeze_Mode_supp = 1\nDPV1_Slave = 1\n\
+         C1_Read_Write_supp = 1",
+    );
+    let page = gsd.summary().to_string();
+    let expected = "\
+V M, ident number 0x1234, slave
+revision 1, hardware 1, software 1, GSD revision 5
+order number 4711
+What it is
+family: general
+takes 24 V from the bus connector
+baud rates (max Tsdr in tBIT): 9.6 kbit/s (60)
+abilities: Freeze
+polled at most every 100 µs
+diagnosis: up to 64 octets
+user parameters: up to 20 octets
+modular: up to 8 modules, 100 octets in, 100 out, ? together
+DP-V1: class 1 read and write
+modules: 1
+  first: 1 in, 0 out (10)
+";
+    assert_eq!(page, expected);
+    assert!(clean("").summary().to_string().contains("abilities: none\n"));
+}
+
+#[test]
 fn a_zero_that_says_what_holds_anyway_says_so() {
     let general = clean("Repeater_Ctrl_Sig = 0\n24V_Pins = 0").general;
     assert_eq!(general.repeater_ctrl_sig, RepeaterCtrlSig::NotConnected);
