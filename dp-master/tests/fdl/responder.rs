@@ -66,7 +66,7 @@ impl Bench {
 
     /// After a pause of so many bits these octets, given when the last of them has ended.
     fn hear(&mut self, pause: u32, octets: &[u8]) {
-        self.now = self.now + bits(pause) + BAUD.characters(octets.len());
+        self.now += bits(pause) + BAUD.characters(octets.len());
         self.responder.handle_octets(self.now, octets, &mut self.user);
     }
 
@@ -78,7 +78,7 @@ impl Bench {
         self.responder.handle_timeout(due);
         let reply = self.responder.take_reply().map(<[u8]>::to_vec);
         assert_eq!(self.responder.take_reply(), None, "it is due once");
-        self.now = self.now + BAUD.characters(reply.as_ref().map_or(0, Vec::len));
+        self.now += BAUD.characters(reply.as_ref().map_or(0, Vec::len));
         reply
     }
 
@@ -140,7 +140,7 @@ fn each_thing_that_happens_is_counted_once_and_by_itself() {
     );
     bench.hear(TSYN, &[0x55, 0x55]);
     bench.hear(TSYN, &[0x55]);
-    bench.now = bench.now + bits(TSYN + 11);
+    bench.now += bits(TSYN + 11);
     bench
         .responder
         .handle_line_error(bench.now, LineError::Parity, &mut bench.user);
@@ -205,7 +205,7 @@ fn after_rubbish_a_request_counts_only_behind_tsyn() {
         assert_eq!(bench.reply().is_some(), answered, "{pause} tBIT, next");
     }
     let mut bench = Bench::new();
-    bench.now = bench.now + BAUD.characters(1);
+    bench.now += BAUD.characters(1);
     bench
         .responder
         .handle_line_error(bench.now, LineError::Framing, &mut bench.user);
