@@ -152,6 +152,13 @@ fn a_text_without_end_ends_with_its_line() {
 }
 
 #[test]
+fn a_word_behind_a_text_is_no_part_of_it_but_an_error() {
+    let reading = with("OrderNumber = \"4711\" xyz");
+    assert_eq!(reading.gsd.general.order_number, None);
+    assert_eq!(reading.diagnostics.len(), 1, "{:?}", reading.diagnostics);
+}
+
+#[test]
 fn a_text_that_is_too_long_is_kept_and_told() {
     assert_eq!(complaints(&format!("OrderNumber = \"{}\"", "x".repeat(32))), [""; 0]);
     let text = "x".repeat(33);
