@@ -506,6 +506,11 @@ fn a_module_with_profisafe_parameters_is_refused() {
 }
 
 #[test]
+fn a_modular_station_starts_empty_though_there_is_but_one_module() {
+    assert_eq!(clean("").configure().modules().count(), 0);
+}
+
+#[test]
 fn parameters_of_a_dp_v1_slave_begin_with_its_three_status_octets_if_there_are_any() {
     let user_prm = |constant: &str| {
         let gsd = clean(&format!("DPV1_Slave = 1\n{constant}"));
