@@ -165,9 +165,11 @@ fn user_parameters_fill_a_set_prm_and_no_more() {
 
 #[test]
 fn an_index_that_is_not_closed_is_none() {
-    let reading = with("Unit_Diag_Bit(15 = \"a\"");
-    assert_eq!(reading.diagnostics.len(), 1, "{:?}", reading.diagnostics);
-    assert!(reading.gsd.unit_diag.bits.is_empty());
+    for index in ["(15", "(15 1"] {
+        let reading = with(&format!("Unit_Diag_Bit{index} = \"a\""));
+        assert_eq!(reading.diagnostics.len(), 1, "{:?}", reading.diagnostics);
+        assert!(reading.gsd.unit_diag.bits.is_empty());
+    }
 }
 
 #[test]
