@@ -593,50 +593,35 @@ fn an_answer_is_that_of_the_station_asked_and_everything_else_is_counted() {
         bench.hear_telegram(answer(40, TS));
         assert_eq!(bench.user.outcomes, ["Response"]);
     }
-    // Nobody asked for an acknowledgement, or for another station's status, while an address of the GAP is asked.
-    let mut bench = Bench::member();
-    let mut tokens = 0;
-    while bench.station.statistics().gap_requests == 0 {
-        bench.token(1, TS);
-        bench.token(1, 1);
-        tokens += 1;
-        assert!(tokens < 100, "no GAP request");
-    }
+    // Nobody asked for an acknowledgement while an address of the GAP is asked.
+    let (mut bench, _) = asking_the_gap();
     let before = bench.station.statistics();
-    loop {
-        bench.quiet(bits(TID1));
-        bench.hear(&token(1, TS));
-        let status = bench.quiet(bits(TID1 + 70)).pop();
-        if status.is_some_and(|(_, octets)| octets[0] == 0x10) {
-            break;
-        }
-        bench.quiet(bits(TSL));
-        bench.token(1, 1);
-    }
-    assert_eq!(bench.station.state(), FdlState::AwaitStatusResponse);
     bench.hear(&[0xE5]);
     assert_eq!(bench.station.statistics().discarded, before.discarded + 1);
     assert_eq!(bench.user.outcomes, [""; 0]);
 }
 
+/// A member that has just asked an address of its GAP, and that address.
+fn asking_the_gap() -> (Bench, u8) {
+    let mut bench = Bench::member();
+    for _ in 0..100 {
+        bench.quiet(bits(TID1));
+        bench.hear(&token(1, TS));
+        let status = bench.quiet(bits(TID1 + 70)).pop();
+        if let Some((_, octets)) = status.filter(|(_, octets)| octets[0] == 0x10) {
+            assert_eq!(bench.station.state(), FdlState::AwaitStatusResponse);
+            return (bench, octets[1]);
+        }
+        bench.quiet(bits(TSL));
+        bench.token(1, 1);
+    }
+    panic!("no GAP request");
+}
+
 #[test]
 fn the_status_of_another_than_the_station_asked_is_no_answer() {
-    let asked = || {
-        let mut bench = Bench::member();
-        for _ in 0..100 {
-            bench.quiet(bits(TID1));
-            bench.hear(&token(1, TS));
-            let status = bench.quiet(bits(TID1 + 70)).pop();
-            if let Some((_, octets)) = status.filter(|(_, octets)| octets[0] == 0x10) {
-                return (bench, octets[1]);
-            }
-            bench.quiet(bits(TSL));
-            bench.token(1, 1);
-        }
-        panic!("no GAP request");
-    };
     let ready = FunctionCode::response(StationType::MasterReady, ResponseFunction::Ok);
-    let (mut bench, gap) = asked();
+    let (mut bench, gap) = asking_the_gap();
     bench.hear_telegram(Telegram::no_data(at(TS), at(gap), ready));
     assert!(bench.station.las().contains(at(gap)), "it joins");
     let answered = bench.now;
@@ -644,7 +629,7 @@ fn the_status_of_another_than_the_station_asked_is_no_answer() {
     assert_eq!(sent[0].1, token(TS, gap));
     assert!(sent[0].0 >= answered + bits(TID1));
     for (sa, da) in [(41, TS), (gap, 1)] {
-        let (mut bench, gap) = asked();
+        let (mut bench, gap) = asking_the_gap();
         let before = bench.station.statistics();
         bench.hear_telegram(Telegram::no_data(at(da), at(sa), ready));
         assert_eq!(bench.station.statistics().discarded, before.discarded + 1);
