@@ -24,6 +24,22 @@ fn slave(value: u8, octets: usize) -> SlaveLoad {
     }
 }
 
+/// A master without slaves.
+fn lone() -> [MasterLoad<'static>; 1] {
+    [MasterLoad {
+        address: address(2),
+        slaves: &[],
+    }]
+}
+
+/// Parameters that break no rule, with a Ttr for any of these networks.
+fn chosen() -> BusParams {
+    BusParams {
+        t_tr: BitTimes(100_000),
+        ..BusParams::standard(Baud::B1500000)
+    }
+}
+
 fn violations(network: &Network<'_>) -> Vec<Violation> {
     let mut found = Vec::new();
     network.check(&network.plan(), |violation| found.push(violation));
@@ -202,10 +218,7 @@ fn a_slow_slave_sets_max_tsdr_and_with_it_the_slot_time() {
 
 #[test]
 fn the_slot_time_of_a_redundant_optical_ring_is_that_of_its_manual() {
-    let plc = [MasterLoad {
-        address: address(2),
-        slaves: &[],
-    }];
+    let plc = lone();
     let ring = |baud, modules, fibre_m, profile| {
         let network = Network {
             optical: Some(Optical {
@@ -234,10 +247,7 @@ fn the_slot_time_of_a_redundant_optical_ring_is_that_of_its_manual() {
 
 #[test]
 fn an_optical_line_costs_half_of_the_ring() {
-    let plc = [MasterLoad {
-        address: address(2),
-        slaves: &[],
-    }];
+    let plc = lone();
     let network = Network {
         optical: Some(Optical {
             modules: 4,
@@ -284,10 +294,7 @@ fn profile_standard_has_room_for_stations_that_are_not_named() {
 
 #[test]
 fn universal_has_slow_stations_and_keeps_its_own_rules() {
-    let plc = [MasterLoad {
-        address: address(2),
-        slaves: &[],
-    }];
+    let plc = lone();
     for baud in Baud::ALL.into_iter().filter(|baud| *baud <= Baud::B1500000) {
         let network = Network::new(baud, Profile::Universal, &plc);
         assert_eq!(violations(&network), [], "{baud}");
@@ -329,10 +336,7 @@ fn every_profile_keeps_the_rules_at_every_baud_rate() {
 
 #[test]
 fn each_broken_rule_of_the_cables_is_named() {
-    let plc = [MasterLoad {
-        address: address(2),
-        slaves: &[],
-    }];
+    let plc = lone();
     let cable = |length_cm, stations, stubs_cm| Segment {
         length_cm,
         stations,
@@ -474,10 +478,7 @@ fn each_broken_rule_of_chosen_parameters_is_named_and_none_hides_another() {
         address: address(2),
         slaves: &drive,
     }];
-    let good = BusParams {
-        t_tr: BitTimes(100_000),
-        ..BusParams::standard(Baud::B1500000)
-    };
+    let good = chosen();
     let check = |params| violations(&Network::new(Baud::B1500000, Profile::User(params), &plc));
     assert_eq!(check(good), []);
     let bad = BusParams {
@@ -560,14 +561,8 @@ fn each_broken_rule_of_chosen_parameters_is_named_and_none_hides_another() {
 /// One wrong value each, and what is found right behind it with the value set right (ranges: EN 50170-2, part 4, bus parameters).
 #[test]
 fn each_value_out_of_its_range_is_named_and_the_others_are_checked_all_the_same() {
-    let plc = [MasterLoad {
-        address: address(2),
-        slaves: &[],
-    }];
-    let good = BusParams {
-        t_tr: BitTimes(100_000),
-        ..BusParams::standard(Baud::B1500000)
-    };
+    let plc = lone();
+    let good = chosen();
     // The last rule there is.
     let last = BusParams {
         hsa: Address::BROADCAST,
@@ -712,14 +707,8 @@ fn each_value_out_of_its_range_is_named_and_the_others_are_checked_all_the_same(
 
 #[test]
 fn a_value_at_the_limit_breaks_no_rule() {
-    let plc = [MasterLoad {
-        address: address(2),
-        slaves: &[],
-    }];
-    let good = BusParams {
-        t_tr: BitTimes(100_000),
-        ..BusParams::standard(Baud::B1500000)
-    };
+    let plc = lone();
+    let good = chosen();
     let check = |params| violations(&Network::new(Baud::B1500000, Profile::User(params), &plc));
     // 33 + 2 + 2·100 = 235: max Tsdr may be that, min Tsdr one less than 37.
     let slow_setup = BusParams {
@@ -794,10 +783,7 @@ fn without_acyclic_cycles_repetitions_are_those_of_the_longest_exchange() {
 
 #[test]
 fn the_proposed_watchdog_ends_at_its_longest() {
-    let plc = [MasterLoad {
-        address: address(2),
-        slaves: &[],
-    }];
+    let plc = lone();
     let network = |acyclic| Network {
         acyclic,
         ..Network::new(Baud::B9600, Profile::Dp, &plc)
@@ -823,10 +809,7 @@ fn times_too_long_to_count_are_the_longest_there_are() {
 
 #[test]
 fn a_slot_time_without_room_for_the_cable_is_named() {
-    let plc = [MasterLoad {
-        address: address(2),
-        slaves: &[],
-    }];
+    let plc = lone();
     let tight = BusParams {
         // Tsl1 without the line: 150 + 11 + 4.
         t_sl: BitTimes(165),
