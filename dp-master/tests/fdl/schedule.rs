@@ -86,10 +86,8 @@ proptest! {
         }
         let calm = bench.now;
         bench.last_double = None;
-        bench.run_until(bits(bounds.formation(&ADDRESSES)), |bench| bench.is_one_ring());
-        bench.run_until(bits(bounds.ring_scan(4, CYCLE)), Bench::all_exchange);
-        bench.run_for(Duration::from_millis(60));
-        prop_assert!(bench.is_one_ring() && bench.all_exchange(), "{}", bench.describe());
+        let bound = bits(bounds.formation(&ADDRESSES) + bounds.ring_scan(4, CYCLE));
+        bench.run_until_lasting(bound, Duration::from_millis(60), |bench| bench.is_one_ring() && bench.all_exchange());
         // The lists may be right before the second token is gone.
         let bound = bits(bounds.doubled(ADDRESSES.len() as u64));
         if let Some(double) = bench.last_double {

@@ -270,6 +270,23 @@ impl Bench {
         self.now - start
     }
 
+    /// Steps until the condition has held for `span` on end, which must begin within the bound.
+    ///
+    /// What masters believe of a ring stays right for a moment after it has come apart: nobody has noticed yet.
+    pub(crate) fn run_until_lasting(&mut self, bound: Duration, span: Duration, holds: impl Fn(&Self) -> bool) {
+        let latest = self.now + bound;
+        loop {
+            self.run_until(latest - self.now, &holds);
+            let since = self.now;
+            while holds(self) {
+                if self.now - since >= span {
+                    return;
+                }
+                self.step_to(since + span);
+            }
+        }
+    }
+
     pub(crate) fn live(&self) -> Las {
         let live = self.masters.iter().filter(|master| master.station.is_some());
         live.map(|master| master.address).collect()
