@@ -6,8 +6,8 @@ use dp_master::address::Address;
 use dp_master::dp::{AcceptedConfigurations, DpMaster, DpSlave, MasterConfig, Mode, SlaveConfig, SlaveIdentity};
 use dp_master::fdl::BusParams;
 use dp_master::phy::{
-    CaptureError, CaptureReader, CaptureWriter, Content, Direction, Port, PortError, PortId, Script, Tap, Trace,
-    TracedPort, Tracer, VirtualBus, pump,
+    CaptureError, CaptureReader, CaptureWriter, Content, Direction, Packet, Port, PortError, PortId, Script, Tap,
+    Trace, TracedPort, Tracer, VirtualBus, pump,
 };
 use dp_master::station::{LineError, Station};
 use dp_master::time::{Baud, Duration, Instant};
@@ -352,9 +352,9 @@ fn the_epoch_turns_the_time_of_the_line_into_the_time_of_day() {
     assert_eq!(packet.direction, Some(Direction::Sent));
 }
 
-#[test]
-fn a_file_in_microseconds_is_read_in_microseconds() {
-    // A file of another program: no if_tsresol means 10⁻⁶ s. Section header, interface, one packet at 1 234 567 µs; put together by hand.
+/// A file of another program with one packet, put together by hand: section header, interface of link type 257, enhanced packet.
+/// Source: draft-ietf-opsawg-pcapng, sections 4.1 to 4.3.
+fn foreign_file(interface_options: &[u8], stamp: u32, packet_options: &[u8]) -> Vec<u8> {
     let mut file = Vec::new();
     let mut block = |kind: u32, body: &[u8]| {
         let length = u32::try_from(body.len() + 12).unwrap().to_le_bytes();
@@ -369,12 +369,37 @@ fn a_file_in_microseconds_is_read_in_microseconds() {
             0x4D, 0x3C, 0x2B, 0x1A, 1, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF,
         ],
     );
-    block(1, &[0x01, 0x01, 0, 0, 0, 0, 0, 0]);
-    let stamp = 1_234_567_u32.to_le_bytes();
-    block(
-        6,
-        &[&[0; 8][..], &stamp, &[3, 0, 0, 0, 3, 0, 0, 0], &TOKEN, &[0]].concat(),
-    );
+    block(1, &[&[0x01, 0x01, 0, 0, 0, 0, 0, 0], interface_options].concat());
+    let lengths = [3, 0, 0, 0, 3, 0, 0, 0];
+    let body = [
+        &[0; 8][..],
+        &stamp.to_le_bytes(),
+        &lengths,
+        &TOKEN,
+        &[0],
+        packet_options,
+    ];
+    block(6, &body.concat());
+    file
+}
+
+/// An option: code, length, value filled up to four octets.
+fn option(code: u8, value: &[u8]) -> Vec<u8> {
+    let mut option = vec![code, 0, u8::try_from(value.len()).unwrap(), 0];
+    option.extend(value);
+    option.resize(option.len().next_multiple_of(4), 0);
+    option
+}
+
+const END_OF_OPTIONS: [u8; 4] = [0; 4];
+
+fn first_packet(file: &[u8]) -> Packet {
+    CaptureReader::new(file).unwrap().next().unwrap().unwrap()
+}
+
+#[test]
+fn a_file_that_names_no_resolution_is_read_in_microseconds() {
+    let file = foreign_file(&[], 1_234_567, &[]);
     let mut reader = CaptureReader::new(file.as_slice()).unwrap();
     let packet = reader.next().unwrap().unwrap();
     assert_eq!(packet.start, Instant::from_nanos(1_234_567_000));
@@ -387,6 +412,130 @@ fn a_file_in_microseconds_is_read_in_microseconds() {
     );
     assert_eq!((packet.direction, reader.baud()), (None, None));
     assert!(reader.next().is_none());
+}
+
+/// if_tsresol is option 9: a negative power of ten, of two with the highest bit set.
+#[test]
+fn times_are_read_in_the_unit_that_the_file_names() {
+    for (resolution, ticks, nanos) in [
+        (0_u8, 5, 5_000_000_000_u64),
+        (3, 1_234, 1_234_000_000),
+        (9, 1_234_567, 1_234_567),
+        (12, 5_000_000, 5_000),
+        (0x80 | 10, 3 * 1_024, 3_000_000_000),
+        (0x80 | 1, 3, 1_500_000_000),
+    ] {
+        let options = [option(9, &[resolution]), END_OF_OPTIONS.to_vec()].concat();
+        let packet = first_packet(&foreign_file(&options, ticks, &[]));
+        assert_eq!(packet.start, Instant::from_nanos(nanos), "resolution {resolution:#04X}");
+    }
+}
+
+/// opt_comment is option 1, epb_flags option 2: 01 inbound, 10 outbound, 00 unknown.
+#[test]
+fn a_packet_has_the_first_comment_and_the_direction_that_the_file_names() {
+    for (flags, direction) in [
+        (0, None),
+        (1, Some(Direction::Received)),
+        (2, Some(Direction::Sent)),
+        (3, None),
+    ] {
+        let options = [
+            option(1, b"first"),
+            option(2, &[flags, 0, 0, 0]),
+            option(1, b"second"),
+            END_OF_OPTIONS.to_vec(),
+        ];
+        let packet = first_packet(&foreign_file(&[], 0, &options.concat()));
+        assert_eq!(packet.direction, direction, "{flags}");
+        assert_eq!(packet.comment.as_deref(), Some("first"));
+        assert!(!packet.symbol_error);
+    }
+}
+
+/// Bits of epb_flags: 24 wrong check sum, 26 too short, 28 unaligned, 29 start delimiter, 31 symbol; bits 0 and 1 are the direction.
+/// Source: draft-ietf-opsawg-pcapng, section 4.3.1.
+#[test]
+fn the_flags_of_a_packet_tell_what_was_wrong_with_its_octets() {
+    for (reason, bit) in [
+        (DiscardReason::Checksum { expected: 1, got: 2 }, 24),
+        (DiscardReason::Truncated, 26),
+        (DiscardReason::EndDelimiter { got: 0 }, 28),
+        (DiscardReason::StartDelimiter { got: 0 }, 29),
+        (DiscardReason::SecondStartDelimiter { got: 0 }, 29),
+        (DiscardReason::Line(LineError::Parity), 31),
+    ] {
+        let mut trace = Kept::from(Trace::of(Instant::ZERO, Instant::ZERO, Direction::Received, &TOKEN));
+        trace.discarded = Some((reason, 0));
+        let file = capture(Baud::B500000, Duration::ZERO, &[trace]);
+        let flags = option(2, &(1_u32 | 1 << bit).to_le_bytes());
+        assert!(
+            file.windows(flags.len()).any(|window| window == flags),
+            "{reason}: {file:02X?}"
+        );
+    }
+}
+
+/// A file that counts how often it was flushed, and that cannot be read.
+#[derive(Default)]
+struct Counting {
+    flushed: usize,
+}
+
+impl std::io::Write for Counting {
+    fn write(&mut self, octets: &[u8]) -> std::io::Result<usize> {
+        Ok(octets.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.flushed += 1;
+        Ok(())
+    }
+}
+
+#[test]
+fn a_capture_hands_everything_over_when_told_and_at_its_end() {
+    let mut file = CaptureWriter::new(Counting::default(), Baud::B500000, Duration::ZERO).unwrap();
+    file.flush().unwrap();
+    assert_eq!(file.finish().unwrap().flushed, 2);
+}
+
+/// Gives the beginning of a file, and then says that the disk is broken.
+struct Broken<'a>(&'a [u8]);
+
+impl std::io::Read for Broken<'_> {
+    fn read(&mut self, buf: &mut [u8]) -> std::io::Result<usize> {
+        match self.0.read(buf)? {
+            0 => Err(std::io::Error::other("the disk is broken")),
+            read => Ok(read),
+        }
+    }
+}
+
+#[test]
+fn a_file_that_cannot_be_read_is_another_error_than_one_that_is_cut() {
+    let whole = foreign_file(&[], 0, &[]);
+    for length in [whole.len() - 5, 3] {
+        let begin = &whole[..length];
+        let error = match CaptureReader::new(Broken(begin)) {
+            Ok(mut reader) => reader.next().unwrap().unwrap_err(),
+            Err(error) => error,
+        };
+        assert_eq!(
+            error.to_string(),
+            "the capture cannot be read or written: the disk is broken",
+            "after {length} octets"
+        );
+    }
+}
+
+#[test]
+fn a_capture_is_shown_without_its_octets() {
+    let writer = CaptureWriter::new(Vec::new(), Baud::B500000, Duration::from_nanos(7)).unwrap();
+    assert_eq!(format!("{writer:?}"), "CaptureWriter { epoch: Duration(7), .. }");
+    let file = foreign_file(&[], 0, &[]);
+    let reader = CaptureReader::new(file.as_slice()).unwrap();
+    assert_eq!(format!("{reader:?}"), "CaptureReader { .. }");
 }
 
 #[test]
