@@ -193,6 +193,39 @@ fn a_transmission_that_is_not_one_telegram_is_reported() {
     assert_eq!(rules(&bus), [(Rule::Malformed, 5)]);
 }
 
+#[test]
+fn a_telegram_of_eight_octets_of_data_is_a_request_or_an_answer_by_its_function_code() {
+    // SD3: 14 octets. 4C is a request Send and Request Data low that expects an answer, 08 an answer. Source: IEC 61158-4-3.
+    let telegram = |fc| [0xA2, 0x03, 0x02, fc, 1, 2, 3, 4, 5, 6, 7, 8, 0, 0x16];
+    let (mut bus, ports) = line(2);
+    let end = bus.transmit(Instant::ZERO, ports[0], &telegram(0x4C));
+    drain(&mut bus, end);
+    let answer = end + bus.baud().duration(BitTimes(11));
+    let end = bus.transmit(answer, ports[1], &telegram(0x08));
+    assert_eq!(rules(&bus), []);
+    drain(&mut bus, end);
+    // Without the pause of a request, and one octet short.
+    bus.transmit(end, ports[0], &telegram(0x4C));
+    drain(&mut bus, Instant::MAX);
+    bus.transmit(end + Duration::from_millis(1), ports[0], &telegram(0x4C)[..13]);
+    assert_eq!(rules(&bus), [(Rule::Tsyn, 0), (Rule::Malformed, 13)]);
+}
+
+#[test]
+fn the_first_1024_violations_are_kept_and_all_are_counted_until_they_are_cleared() {
+    let (mut bus, ports) = line(1);
+    let mut now = Instant::ZERO;
+    // Nobody asked for any of these answers.
+    for _ in 0..1_030 {
+        now = bus.transmit(now, ports[0], &[0xE5]) + bus.baud().duration(BitTimes(50));
+        drain(&mut bus, now);
+    }
+    assert_eq!(bus.violations().len(), 1_024);
+    assert_eq!(bus.statistics().violations, 1_030);
+    bus.clear_violations();
+    assert_eq!((bus.violations(), bus.statistics().violations), (&[][..], 0));
+}
+
 // --- collisions ---------------------------------------------------------------------------------------------------------------------------
 
 #[test]
@@ -518,6 +551,19 @@ fn the_pump_gives_the_same_calls_in_small_and_in_large_steps() {
         assert_eq!(exact.1.heard, coarse.1.heard);
         assert_eq!(exact.0.sent, coarse.0.sent);
     }
+}
+
+#[test]
+fn the_pump_finds_every_station_whatever_their_order_and_passes_over_ports_without_one() {
+    let (mut bus, ports) = line(3);
+    let (mut master, mut slave) = (Simple::new(Role::Asks), Simple::new(Role::Answers));
+    let mut stations: [(PortId, &mut dyn Station); 2] = [(ports[2], &mut slave), (ports[1], &mut master)];
+    pump(&mut bus, at(999_999), &mut stations);
+    // As in an exchange of stations in the order of their ports.
+    assert_eq!(slave.heard, [(917, vec![0x10]), (5_500, REQUEST[1..].to_vec())]);
+    assert_eq!(master.heard, [(7_334, vec![0x10]), (11_917, REPLY[1..].to_vec())]);
+    assert_eq!((master.sent, slave.sent), (vec![5_500], vec![11_917]));
+    assert!(bus.violations().is_empty());
 }
 
 // --- properties ---------------------------------------------------------------------------------------------------------------------------
