@@ -32,10 +32,10 @@ pub(super) fn set_low_latency(port: &impl AsRawFd) -> io::Result<()> {
     let fd = unsafe { BorrowedFd::borrow_raw(port.as_raw_fd()) };
     // SAFETY: TIOCGSERIAL writes one `serial_struct`, which is all integers and a pointer that is never followed.
     let mut settings = unsafe { ioctl::ioctl(fd, Getter::<TIOCGSERIAL, SerialStruct>::new())? };
-    if settings.flags & ASYNC_LOW_LATENCY != 0 {
+    let Some(flags) = with_low_latency(settings.flags) else {
         return Ok(());
-    }
-    settings.flags |= ASYNC_LOW_LATENCY;
+    };
+    settings.flags = flags;
     // SAFETY: TIOCSSERIAL reads one `serial_struct`; this one came from the driver, with one flag more.
     unsafe { ioctl::ioctl(fd, Setter::<TIOCSSERIAL, SerialStruct>::new(settings))? };
     Ok(())
@@ -47,12 +47,8 @@ pub(super) fn set_low_latency(port: &impl AsRawFd) -> io::Result<()> {
 ///
 /// That of the system: most USB adapters and pseudo-terminals have no such mode.
 pub(super) fn set_rs485(port: &impl AsRawFd, on_send: RtsLevel, before_ms: u32, after_ms: u32) -> io::Result<()> {
-    let level = match on_send {
-        RtsLevel::High => RTS_ON_SEND,
-        RtsLevel::Low => RTS_AFTER_SEND,
-    };
     let mut mode = SerialRs485 {
-        flags: ENABLED | level,
+        flags: rs485_flags(on_send),
         delay_rts_before_send: before_ms,
         delay_rts_after_send: after_ms,
         padding: [0; 5],
@@ -73,6 +69,24 @@ pub(super) fn close_on_exec(port: &impl AsRawFd) -> io::Result<()> {
     // SAFETY: the descriptor is open as long as `port` is borrowed.
     let fd = unsafe { BorrowedFd::borrow_raw(port.as_raw_fd()) };
     Ok(rustix::io::fcntl_setfd(fd, rustix::io::FdFlags::CLOEXEC)?)
+}
+
+/// The flags of a terminal with low latency, `None` when they say so already.
+const fn with_low_latency(flags: c_int) -> Option<c_int> {
+    if flags & ASYNC_LOW_LATENCY != 0 {
+        None
+    } else {
+        Some(flags | ASYNC_LOW_LATENCY)
+    }
+}
+
+/// The mode is on, and RTS has its level while sending or else after it.
+const fn rs485_flags(on_send: RtsLevel) -> u32 {
+    ENABLED
+        | match on_send {
+            RtsLevel::High => RTS_ON_SEND,
+            RtsLevel::Low => RTS_AFTER_SEND,
+        }
 }
 
 /// Policy FIFO with the least priority for the calling thread.
@@ -144,6 +158,16 @@ mod tests {
         assert_eq!(size_of::<SerialStruct>(), wanted);
         assert_eq!(std::mem::offset_of!(SerialStruct, flags), 16);
         assert_eq!(size_of::<SerialRs485>(), 32);
+    }
+
+    /// linux/serial.h: SER_RS485_ENABLED 1, SER_RS485_RTS_ON_SEND 2, SER_RS485_RTS_AFTER_SEND 4; linux/tty_flags.h:
+    /// ASYNCB_LOW_LATENCY is bit 13.
+    #[test]
+    fn the_flags_are_those_of_the_kernel() {
+        assert_eq!(rs485_flags(RtsLevel::High), 3);
+        assert_eq!(rs485_flags(RtsLevel::Low), 5);
+        assert_eq!(with_low_latency(0x0010), Some(0x2010));
+        assert_eq!(with_low_latency(0x2010), None);
     }
 
     #[test]

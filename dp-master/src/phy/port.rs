@@ -197,6 +197,8 @@ impl PortError {
             | io::ErrorKind::Other
             | io::ErrorKind::NotFound
             | io::ErrorKind::UnexpectedEof
+            // Nothing more is taken.
+            | io::ErrorKind::WriteZero
             // What a closed connection to a serial-device server gives.
             | io::ErrorKind::ConnectionReset
             | io::ErrorKind::ConnectionAborted
@@ -294,7 +296,7 @@ mod tests {
     fn what_a_read_or_write_says_is_gone_stuck_or_something_else() {
         use io::ErrorKind::{
             BrokenPipe, ConnectionAborted, ConnectionReset, InvalidInput, NotConnected, NotFound, Other, TimedOut,
-            UnexpectedEof,
+            UnexpectedEof, WriteZero,
         };
         let kind_of = |kind| PortError::in_use(Path::new("/dev/x"), io::Error::from(kind));
         for kind in [
@@ -302,6 +304,7 @@ mod tests {
             Other,
             NotFound,
             UnexpectedEof,
+            WriteZero,
             ConnectionReset,
             ConnectionAborted,
             NotConnected,

@@ -207,4 +207,17 @@ mod tests {
             assert_eq!(text.parse::<PortName>().unwrap_err().to_string(), message, "{text}");
         }
     }
+
+    #[test]
+    fn an_open_port_is_shown_with_what_is_known_about_it() {
+        let open = OpenPort {
+            port: (),
+            notes: vec![PortNote::ParityNotConfirmed { path: "COM3".into() }],
+            far_end: None,
+        };
+        assert_eq!(
+            format!("{open:?}"),
+            r#"OpenPort { notes: [ParityNotConfirmed { path: "COM3" }], far_end: None, .. }"#
+        );
+    }
 }

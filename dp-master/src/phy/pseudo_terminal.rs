@@ -1,6 +1,6 @@
 //! A serial port that exists on this machine only: another program opens its far end like an adapter.
 
-use std::io;
+use std::io::{self, Write};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -9,7 +9,7 @@ use serialport::{ClearBuffer, SerialPort, TTYPort};
 
 use super::linux::close_on_exec;
 use super::port::{Port, PortError};
-use super::serial::{SEND_TIMEOUT, read_within, write_all};
+use super::serial::{SEND_TIMEOUT, read_within};
 use crate::time::Baud;
 
 /// Our end of a pseudo-terminal; both ends are raw.
@@ -135,7 +135,9 @@ impl Port for PseudoTerminal {
             drop(self.far.clear(ClearBuffer::Input));
         }
         drop(self.near.set_timeout(SEND_TIMEOUT));
-        write_all(&mut self.near, octets).map_err(|error| PortError::in_use(&self.far_path, error))
+        self.near
+            .write_all(octets)
+            .map_err(|error| PortError::in_use(&self.far_path, error))
     }
 
     fn baud(&self) -> Baud {

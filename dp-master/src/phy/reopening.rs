@@ -326,3 +326,79 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(2);
 /// A port that was there for so long has proved itself.
 const STEADY: Duration = Duration::from_secs(5);
 const EVENTS: usize = 16;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Unplugged;
+
+    impl Port for Unplugged {
+        fn receive(&mut self, _: &mut [u8], _: Duration) -> Result<usize, PortError> {
+            Err(PortError::Unplugged { path: "/dev/x".into() })
+        }
+        fn send(&mut self, _: &[u8]) -> Result<(), PortError> {
+            Ok(())
+        }
+        fn baud(&self) -> Baud {
+            Baud::B45450
+        }
+    }
+
+    fn never_again() -> ReopeningPort<Unplugged> {
+        ReopeningPort::new(Unplugged, || Err(PortError::NoSuchPort { path: "/dev/x".into() }))
+    }
+
+    #[test]
+    fn only_a_port_that_was_there_for_long_begins_with_the_short_pause_again() {
+        // Twice what the thread begins with is what the next one would.
+        for (was_there, next_pause) in [(Duration::from_secs(4), 1_600), (Duration::from_secs(6), 200)] {
+            let mut port = never_again();
+            port.pause = Duration::from_millis(800);
+            port.state = State::There {
+                port: Unplugged,
+                since: Instant::now().checked_sub(was_there).unwrap(),
+            };
+            assert_eq!(port.receive(&mut [0; 8], Duration::ZERO).unwrap(), 0);
+            assert_eq!(port.pause, Duration::from_millis(next_pause), "{was_there:?}");
+        }
+    }
+
+    #[test]
+    fn the_pause_is_doubled_up_to_two_seconds() {
+        let mut port = never_again();
+        let pauses: Vec<u128> = (0..6)
+            .map(|_| {
+                drop(port.begin_opening());
+                port.pause.as_millis()
+            })
+            .collect();
+        assert_eq!(pauses, [200, 400, 800, 1_600, 2_000, 2_000]);
+    }
+
+    #[test]
+    fn the_last_sixteen_events_are_kept() {
+        let mut port = never_again();
+        for number in 0..20 {
+            port.tell(PortEvent::Gone {
+                why: number.to_string(),
+            });
+        }
+        let kept: Vec<_> = std::iter::from_fn(|| port.poll_event()).collect();
+        let wanted: Vec<_> = (4..20)
+            .map(|number| PortEvent::Gone {
+                why: number.to_string(),
+            })
+            .collect();
+        assert_eq!(kept, wanted);
+    }
+
+    #[test]
+    fn a_port_is_shown_without_what_opens_it() {
+        let port = never_again().with_limit(Duration::from_secs(3));
+        assert_eq!(
+            format!("{port:?}"),
+            "ReopeningPort { there: true, baud: B45450, limit: Some(3s), .. }"
+        );
+    }
+}

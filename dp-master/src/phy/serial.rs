@@ -1,6 +1,6 @@
 //! A real line: an RS485 adapter on a serial port.
 
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
@@ -224,9 +224,7 @@ impl SerialLine {
         };
         let mut port = opened.map_err(|error| not_opened(path, baud, error))?;
         if !pseudo && let Ok(offered) = port.baud_rate() {
-            let wanted = baud.bits_per_second();
-            // A UART takes the middle of the last bit: 5 % for both ends together, so 2 % for one.
-            if offered.abs_diff(wanted) > wanted / 50 {
+            if !is_near(offered, baud.bits_per_second()) {
                 return Err(PortError::BaudRefused {
                     path: path.to_path_buf(),
                     wanted: baud,
@@ -301,7 +299,7 @@ impl Port for SerialLine {
         drop(self.port.set_timeout(SEND_TIMEOUT));
         let sent = match self.rts_switch {
             Some(switch) => switch.send(&mut self.port, octets, self.baud.characters(octets.len()).into()),
-            None => write_all(&mut self.port, octets),
+            None => self.port.write_all(octets),
         };
         sent.map_err(|error| PortError::in_use(&self.path, error))
     }
@@ -346,31 +344,17 @@ pub(super) fn read_within(
     }
 }
 
-/// Writes everything; an interruption by a signal is no error.
-pub(super) fn write_all(port: &mut dyn SerialPort, octets: &[u8]) -> io::Result<()> {
-    let mut rest = octets;
-    while !rest.is_empty() {
-        match port.write(rest) {
-            Ok(0) => return Err(io::ErrorKind::BrokenPipe.into()),
-            Ok(written) => rest = rest.get(written..).unwrap_or_default(),
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(())
-}
-
 impl TransmitLine for NativePort {
     fn set_rts(&mut self, level: RtsLevel) -> bool {
         self.write_request_to_send(level == RtsLevel::High).is_ok()
     }
 
     fn write(&mut self, octets: &[u8]) -> io::Result<()> {
-        write_all(self, octets)
+        io::Write::write_all(self, octets)
     }
 
     fn drain(&mut self) -> io::Result<()> {
-        io::Write::flush(self)
+        self.flush()
     }
 }
 
@@ -436,13 +420,22 @@ const USB_SERIAL_DEVICES: &str = "/sys/bus/usb-serial/devices";
 #[cfg(unix)]
 fn check_path(path: &Path) -> Result<(), PortError> {
     use std::os::unix::fs::FileTypeExt;
-    let owned = || path.to_path_buf();
     match std::fs::metadata(path) {
         Ok(metadata) if metadata.file_type().is_char_device() => Ok(()),
-        Ok(_) => Err(PortError::NotASerialPort { path: owned() }),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(PortError::NoSuchPort { path: owned() }),
-        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Err(PortError::Permission { path: owned() }),
-        Err(source) => Err(PortError::Io { path: owned(), source }),
+        Ok(_) => Err(PortError::NotASerialPort {
+            path: path.to_path_buf(),
+        }),
+        Err(error) => Err(not_found(path, error)),
+    }
+}
+
+#[cfg(unix)]
+fn not_found(path: &Path, source: io::Error) -> PortError {
+    let path = path.to_path_buf();
+    match source.kind() {
+        io::ErrorKind::NotFound => PortError::NoSuchPort { path },
+        io::ErrorKind::PermissionDenied => PortError::Permission { path },
+        _ => PortError::Io { path, source },
     }
 }
 
@@ -454,6 +447,13 @@ fn check_path(_: &Path) -> Result<(), PortError> {
 /// Whether the path leads to a pseudo-terminal, also through a symbolic link.
 pub(super) fn is_pseudo_terminal(path: &Path) -> bool {
     std::fs::canonicalize(path).is_ok_and(|path| path.starts_with("/dev/pts"))
+}
+
+/// Whether a rate is near enough to the one wanted.
+///
+/// A UART takes the middle of the last bit: 5 % for both ends together, so 2 % for one.
+const fn is_near(offered: u32, wanted: u32) -> bool {
+    offered.abs_diff(wanted) <= wanted / 50
 }
 
 fn not_opened(path: &Path, baud: Baud, error: serialport::Error) -> PortError {
@@ -481,6 +481,124 @@ fn not_opened(path: &Path, baud: Baud, error: serialport::Error) -> PortError {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// 45.45 kbit/s: 2 % are 909 bit/s. An adapter with a clock of 1.8432 MHz makes 46 080 of it, one that knows the usual rates only
+    /// takes 38 400.
+    #[test]
+    fn a_rate_may_be_two_percent_off() {
+        for (offered, near) in [
+            (45_450, true),
+            (46_080, true),
+            (46_359, true),
+            (46_360, false),
+            (44_541, true),
+            (44_540, false),
+            (38_400, false),
+        ] {
+            assert_eq!(is_near(offered, 45_450), near, "{offered}");
+        }
+    }
+
+    #[test]
+    fn what_the_system_says_of_a_port_is_told_as_what_can_be_done_about_it() {
+        let path = Path::new("/dev/x");
+        let baud = Baud::B45450;
+        let of_path = |kind: io::ErrorKind| not_found(path, kind.into());
+        let of_port = |kind, text: &str| not_opened(path, baud, serialport::Error::new(kind, text));
+        for (error, message) in [
+            (of_path(io::ErrorKind::NotFound), "there is no port /dev/x"),
+            (
+                of_path(io::ErrorKind::PermissionDenied),
+                "no permission to open port /dev/x",
+            ),
+            (of_path(io::ErrorKind::NotADirectory), "port /dev/x: not a directory"),
+            (
+                of_port(ErrorKind::NoDevice, ""),
+                "port /dev/x is in use by another program",
+            ),
+            (
+                of_port(ErrorKind::Io(io::ErrorKind::NotFound), ""),
+                "there is no port /dev/x",
+            ),
+            (
+                of_port(ErrorKind::Io(io::ErrorKind::PermissionDenied), ""),
+                "no permission to open port /dev/x",
+            ),
+            (
+                of_port(ErrorKind::InvalidInput, ""),
+                "port /dev/x does not run at 45.45 kbit/s, it offers 0 bit/s",
+            ),
+            // ENOTTY: glibc says "Inappropriate ioctl for device", others "Not a typewriter".
+            (
+                of_port(ErrorKind::Unknown, "Inappropriate ioctl for device"),
+                "/dev/x is no serial port",
+            ),
+            (
+                of_port(ErrorKind::Unknown, "Not a typewriter"),
+                "/dev/x is no serial port",
+            ),
+            (
+                of_port(ErrorKind::Unknown, "Too many links"),
+                "port /dev/x: Too many links",
+            ),
+        ] {
+            assert_eq!(error.to_string(), message);
+        }
+    }
+
+    #[test]
+    fn a_delay_is_whole_milliseconds_rounded_up() {
+        for (micros, millis) in [(0, 0), (1, 1), (1_000, 1), (1_001, 2), (100_000, 100)] {
+            assert_eq!(whole_millis(Duration::from_micros(micros)), millis, "{micros} µs");
+        }
+    }
+
+    /// A pseudo-terminal stands for an adapter whose driver can neither switch RTS nor confirm parity.
+    #[cfg(unix)]
+    #[test]
+    fn a_driver_without_rts_or_parity_is_lived_with_and_one_without_rs485_mode_is_not() {
+        let (mut near, mut far) = NativePort::pair().unwrap();
+        let path = Path::new("/dev/x");
+        let (before, after) = (Duration::from_millis(1), Duration::from_millis(2));
+        let on_send = RtsLevel::High;
+        let mut switch = |pseudo, transmitter| switch_transmitter(&mut far, path, pseudo, transmitter);
+        let software = Transmitter::Software { on_send, before, after };
+        let kernel = Transmitter::Kernel { on_send, before, after };
+        let wanted = RtsSwitch { on_send, before, after };
+        assert_eq!(switch(false, software).unwrap(), Some(wanted));
+        assert!(matches!(switch(false, kernel), Err(PortError::NoRs485 { .. })));
+        for (pseudo, transmitter) in [(true, software), (true, kernel), (false, Transmitter::Adapter)] {
+            assert_eq!(switch(pseudo, transmitter).unwrap(), None, "{transmitter:?}");
+        }
+
+        assert!(!far.set_rts(RtsLevel::High));
+        TransmitLine::write(&mut far, &[0xDC, 0x02, 0x02]).unwrap();
+        let mut octets = [0; 3];
+        io::Read::read_exact(&mut near, &mut octets).unwrap();
+        assert_eq!(octets, [0xDC, 0x02, 0x02]);
+
+        let note = PortNote::ParityNotConfirmed { path: path.into() };
+        assert_eq!(notes_of(&far, path, Gathering::Off), [note]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_line_has_its_notes_and_is_shown_with_path_and_rate() {
+        let line = SerialLine {
+            port: NativePort::pair().unwrap().0,
+            path: "/dev/x".into(),
+            baud: Baud::B45450,
+            echo: Echo::None,
+            expected_echo: Vec::new(),
+            rts_switch: None,
+            notes: vec![PortNote::ParityNotConfirmed { path: "/dev/x".into() }],
+        };
+        assert_eq!(line.notes(), [PortNote::ParityNotConfirmed { path: "/dev/x".into() }]);
+        assert_eq!(
+            format!("{line:?}"),
+            r#"SerialLine { path: "/dev/x", baud: B45450, .. }"#
+        );
+    }
 
     #[test]
     fn who_switches_the_transmitter_is_read_from_a_word() {
