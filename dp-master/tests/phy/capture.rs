@@ -10,7 +10,7 @@ use dp_master::phy::{
     Trace, TracedPort, Tracer, VirtualBus, pump,
 };
 use dp_master::station::{LineError, Station};
-use dp_master::time::{Baud, Duration, Instant};
+use dp_master::time::{Baud, BitTimes, Duration, Instant};
 use dp_master::wire::{DiscardReason, Service, Telegram};
 use proptest::prelude::*;
 
@@ -218,6 +218,67 @@ fn a_tap_tells_a_cut_telegram_without_waiting_for_the_next_octet() {
     assert_eq!(heard[0].discarded, Some((DiscardReason::Truncated, 0)));
 }
 
+#[test]
+fn a_tap_never_speaks_and_tells_spoiled_characters() {
+    let mut heard = Vec::new();
+    let mut tap = Tap::new(Baud::B500000, |trace: Trace<'_>| heard.push(Kept::from(trace)));
+    let now = Instant::from_nanos(100_000);
+    tap.handle_line_error(now, LineError::Framing);
+    assert_eq!(tap.poll_transmit(now, &mut [0; 255]), None);
+    drop(tap);
+    let lost = DiscardReason::Line(LineError::Framing);
+    assert_eq!(heard[0].discarded, Some((lost, 1)));
+}
+
+/// Telegrams of IEC 61158-4-3 with a wrong check sum and the end delimiter in its place: without data, and with eight octets of it.
+#[test]
+fn a_telegram_of_fixed_length_with_a_wrong_check_sum_stays_whole() {
+    // Each has a start delimiter inside.
+    for octets in [
+        &[0x10, 0x03, 0x02, 0x49, 0x10, 0x16][..],
+        &[0xA2, 0x03, 0x02, 0x4C, 1, 2, 3, 0x10, 5, 6, 7, 8, 0, 0x16],
+    ] {
+        let mut traces = Vec::new();
+        Tracer::new(Baud::B500000).push(Instant::from_nanos(1_000_000), octets, |trace| {
+            traces.push(Kept::from(trace));
+        });
+        assert_eq!(traces.len(), 1, "{traces:02X?}");
+        assert_eq!(traces[0].octets, octets);
+        assert!(matches!(traces[0].discarded, Some((DiscardReason::Checksum { .. }, 0))));
+    }
+}
+
+#[test]
+fn two_telegrams_are_no_trace_of_one() {
+    let octets = [STATUS_REQUEST, STATUS_REQUEST].concat();
+    let trace = Kept::from(Trace::of(Instant::ZERO, Instant::ZERO, Direction::Received, &octets));
+    // The octet behind the first is no delimiter that could follow.
+    assert_eq!(trace.discarded, Some((DiscardReason::StartDelimiter { got: 0x10 }, 0)));
+}
+
+#[test]
+fn a_spoiled_character_after_a_silence_does_not_belong_to_the_telegram_before() {
+    let mut traces = Vec::new();
+    let mut tracer = Tracer::new(Baud::B1500000);
+    let baud = Baud::B1500000;
+    let first = Instant::ZERO + baud.characters(4);
+    tracer.push(first, &STATUS_REQUEST[..4], |trace| traces.push(Kept::from(trace)));
+    // Silent for Tsyn, 33 tBIT, then one character.
+    let spoiled = first + baud.duration(BitTimes(33)) + baud.characters(1);
+    tracer.push_line_error(spoiled, LineError::Parity, |trace| traces.push(Kept::from(trace)));
+    let lost = DiscardReason::Line(LineError::Parity);
+    assert_eq!(traces[0].discarded, Some((DiscardReason::Truncated, 0)));
+    assert_eq!((traces[1].discarded, traces[1].octets.len()), (Some((lost, 1)), 0));
+    // A moment sooner it does.
+    traces.clear();
+    let mut tracer = Tracer::new(baud);
+    tracer.push(first, &STATUS_REQUEST[..4], |trace| traces.push(Kept::from(trace)));
+    let sooner = spoiled - Duration::from_nanos(1);
+    tracer.push_line_error(sooner, LineError::Parity, |trace| traces.push(Kept::from(trace)));
+    assert_eq!(traces[0].discarded, Some((lost, 1)));
+    assert_eq!(traces.len(), 1);
+}
+
 /// A port that gives out what was put in, in pieces, and swallows what is sent.
 struct Scripted {
     pieces: Vec<Vec<u8>>,
@@ -279,6 +340,7 @@ fn a_traced_port_records_both_directions() {
     assert_eq!(traces[1].end, Instant::ZERO + Duration::from_millis(2));
     assert_eq!(traces[0].end, traces[1].end - Baud::B187500.characters(3));
     assert_eq!(traces[2].start, Instant::ZERO + Duration::from_millis(3));
+    assert_eq!(traces[2].end, traces[2].start + Baud::B187500.characters(6));
 }
 
 /// Writes traces to a file in memory.

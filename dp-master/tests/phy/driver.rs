@@ -395,6 +395,31 @@ fn an_adapter_that_hears_itself_gives_only_what_others_sent() {
     assert_eq!(read_exactly(&mut line, 1), [0xE5]);
 }
 
+#[test]
+fn an_echo_that_is_another_octet_ends_what_is_taken_away() {
+    let (mut near, far_path) = PseudoTerminal::open(BAUD).unwrap();
+    let options = SerialOptions {
+        echo: Echo::Own,
+        ..SerialOptions::default()
+    };
+    let mut line = SerialLine::open(&far_path, BAUD, options).unwrap();
+    line.send(&[0xDC, 0x02, 0x02]).unwrap();
+    assert_eq!(read_exactly(&mut near, 3), [0xDC, 0x02, 0x02]);
+    // The second octet collided; what looks like the third is a telegram of somebody else.
+    near.send(&[0xDC, 0x99]).unwrap();
+    assert_eq!(read_exactly(&mut line, 1), [0x99]);
+    near.send(&[0x02, 0x02]).unwrap();
+    assert_eq!(read_exactly(&mut line, 2), [0x02, 0x02]);
+}
+
+#[test]
+fn two_programs_may_open_the_same_pseudo_terminal() {
+    let (_near, far_path) = PseudoTerminal::open(BAUD).unwrap();
+    let open = || SerialLine::open(&far_path, BAUD, SerialOptions::default());
+    let (first, second) = (open().unwrap(), open().unwrap());
+    assert_eq!((first.path(), second.baud()), (far_path.as_path(), BAUD));
+}
+
 // --- names and errors ---------------------------------------------------------------------------------------------------------------------
 
 #[test]

@@ -124,6 +124,18 @@ fn a_single_character_is_first_and_last_at_once() {
     );
 }
 
+#[test]
+fn no_octets_and_a_port_of_another_line_are_no_transmission() {
+    let (mut bus, ports) = line(2);
+    let (_, others) = line(3);
+    assert_eq!(bus.transmit(at(5), ports[0], &[]), at(5));
+    assert_eq!(bus.transmit(at(5), others[2], &TOKEN), at(5));
+    assert_eq!((bus.bursts(), bus.poll_timeout()), (0, None));
+    bus.transmit(at(5), ports[0], &TOKEN);
+    let statistics = bus.statistics();
+    assert_eq!((bus.bursts(), statistics.bursts, statistics.characters), (1, 1, 3));
+}
+
 // --- rules --------------------------------------------------------------------------------------------------------------------------------
 
 #[test]
@@ -273,8 +285,27 @@ fn both_senders_of_a_collision_are_told_when_their_own_last_bit_left() {
     assert!(
         !seen
             .iter()
-            .any(|(_, seen)| matches!(seen, Seen::Octets(1, _) | Seen::Error(1, _)))
+            .any(|(_, seen)| matches!(seen, Seen::Octets(1, _) | Seen::Error(..)))
     );
+}
+
+#[test]
+fn of_two_that_end_together_the_one_that_began_first_is_told_first() {
+    let (mut bus, ports) = line(3);
+    bus.transmit(Instant::ZERO, ports[1], &TOKEN);
+    bus.transmit(Instant::ZERO, ports[0], &TOKEN);
+    let framing = Seen::Error(2, LineError::Framing);
+    let of_one = [
+        (917, framing.clone()),
+        (917, framing.clone()),
+        (1_834, framing.clone()),
+        (1_834, framing.clone()),
+        (2_750, Seen::Sent(1)),
+        (2_750, framing.clone()),
+        (2_750, Seen::Sent(0)),
+        (2_750, framing),
+    ];
+    assert_eq!(drain(&mut bus, Instant::MAX), of_one);
 }
 
 #[test]
