@@ -471,6 +471,11 @@ fn the_share_of_spoiled_characters_is_that_of_the_bit_error_rate() {
 }
 
 #[test]
+fn a_disturbance_tells_its_rate() {
+    assert_eq!(Disturbance::new(1, 2.5e-3).unwrap().bit_error_rate(), 2.5e-3);
+}
+
+#[test]
 fn all_receivers_see_the_same_disturbance() {
     let (mut bus, ports) = line(3);
     bus.set_disturbance(Some(Disturbance::new(5, 2e-2).unwrap()));
