@@ -4,6 +4,7 @@
     reason = "clippy allows it in test functions only, not in their helpers"
 )]
 
+mod bus_statistics;
 mod busparam;
 mod common;
 mod decode;
