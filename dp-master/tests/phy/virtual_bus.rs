@@ -329,6 +329,63 @@ fn a_telegram_after_a_collision_arrives_whole() {
     assert_eq!(octets, REQUEST);
 }
 
+#[test]
+fn a_short_collision_spoils_the_characters_it_touches_and_no_others() {
+    // The fourth of six characters, 2750…3667 ns; the one before ends and the one behind begins where the other transmission does.
+    let (mut bus, ports) = line(3);
+    bus.transmit(Instant::ZERO, ports[0], &REQUEST);
+    drain(&mut bus, at(1_000));
+    bus.transmit(at(2_750), ports[1], &[0xE5]);
+    let third: Vec<_> = drain(&mut bus, Instant::MAX)
+        .into_iter()
+        .filter(|(_, seen)| matches!(seen, Seen::Octets(2, _) | Seen::Error(2, _)))
+        .collect();
+    assert_eq!(
+        third,
+        [
+            (2_750, Seen::Octets(2, vec![0x03, 0x02])),
+            (3_667, Seen::Error(2, LineError::Framing)),
+            (3_667, Seen::Error(2, LineError::Framing)),
+            (5_500, Seen::Octets(2, vec![0x4E, 0x16])),
+        ]
+    );
+}
+
+#[test]
+fn who_begins_when_the_other_ends_does_not_collide() {
+    let (mut bus, ports) = line(2);
+    let end = bus.transmit(Instant::ZERO, ports[0], &TOKEN);
+    bus.transmit(end, ports[1], &TOKEN);
+    assert_eq!(rules(&bus), [(Rule::Tsyn, 0)]);
+}
+
+#[test]
+fn a_transmission_that_is_not_on_the_line_collides_with_nothing() {
+    let (mut bus, ports) = line(3);
+    bus.disconnect(ports[0]);
+    bus.transmit(Instant::ZERO, ports[0], &REQUEST);
+    bus.transmit(at(1_000), ports[1], &TOKEN);
+    assert_eq!(rules(&bus), []);
+    let octets = drain(&mut bus, Instant::MAX);
+    assert!(
+        octets.contains(&(3_750, Seen::Octets(2, TOKEN[1..].to_vec()))),
+        "{octets:?}"
+    );
+}
+
+#[test]
+fn a_collision_on_a_cut_line_is_heard_by_nobody() {
+    let (mut bus, ports) = line(3);
+    let (from, to) = (Instant::ZERO, at(10_000));
+    bus.script(Script::Cut { from, to });
+    bus.transmit(Instant::ZERO, ports[0], &REQUEST);
+    bus.transmit(at(3_000), ports[1], &TOKEN);
+    assert_eq!(
+        drain(&mut bus, Instant::MAX),
+        [(5_500, Seen::Sent(0)), (5_750, Seen::Sent(1))]
+    );
+}
+
 // --- disturbances -------------------------------------------------------------------------------------------------------------------------
 
 #[test]
@@ -421,6 +478,48 @@ fn a_cut_line_carries_only_the_characters_outside_the_cut() {
             (5_500, Seen::Octets(1, vec![0x4E, 0x16]))
         ]
     );
+}
+
+#[test]
+fn a_cut_takes_every_telegram_until_it_ends() {
+    let (mut bus, ports) = line(2);
+    let (from, to) = (at(1_000), at(50_000));
+    bus.script(Script::Cut { from, to });
+    let mut heard = Vec::new();
+    for start in [10_000, 20_000, 60_000] {
+        bus.transmit(at(start), ports[0], &TOKEN);
+        let seen = drain(&mut bus, at(start + 5_000));
+        heard.push(seen.iter().filter(|(_, seen)| matches!(seen, Seen::Octets(..))).count());
+    }
+    assert_eq!(heard, [0, 0, 2]);
+    assert_eq!(bus.statistics().lost, 6);
+}
+
+#[test]
+fn what_a_script_does_to_characters_is_counted_when_there_is_such_a_character() {
+    for (character, spoiled) in [(5, 1), (6, 0), (7, 0)] {
+        let error = LineError::Parity;
+        for script in [
+            Script::Spoil {
+                burst: 0,
+                character,
+                error,
+            },
+            Script::Flip {
+                burst: 0,
+                character,
+                bits: 0b10,
+            },
+        ] {
+            let (mut bus, ports) = line(2);
+            bus.script(script);
+            bus.transmit(Instant::ZERO, ports[0], &REQUEST);
+            assert_eq!(bus.statistics().spoiled, spoiled, "{script:?}");
+            let errors = drain(&mut bus, Instant::MAX);
+            let errors = errors.iter().filter(|(_, seen)| matches!(seen, Seen::Error(..)));
+            assert_eq!(errors.count() as u64, spoiled, "{script:?}");
+        }
+    }
 }
 
 #[test]
