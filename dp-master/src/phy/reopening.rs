@@ -394,6 +394,13 @@ mod tests {
     }
 
     #[test]
+    fn only_the_far_end_of_a_pseudo_terminal_needs_a_new_link() {
+        for name in [PortName::Serial("/dev/null".into()), PortName::Tcp("moxa:4001".into())] {
+            assert!(matches!(Link::of(&name), Link::Other), "{name}");
+        }
+    }
+
+    #[test]
     fn a_port_is_shown_without_what_opens_it() {
         let port = never_again().with_limit(Duration::from_secs(3));
         assert_eq!(

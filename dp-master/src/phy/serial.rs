@@ -546,6 +546,14 @@ mod tests {
         }
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn a_pseudo_terminal_is_known_by_its_path() {
+        let (_near, far) = NativePort::pair().unwrap();
+        assert!(is_pseudo_terminal(Path::new(&far.name().unwrap())));
+        assert!(!is_pseudo_terminal(Path::new("/dev/null")));
+    }
+
     #[test]
     fn a_delay_is_whole_milliseconds_rounded_up() {
         for (micros, millis) in [(0, 0), (1, 1), (1_000, 1), (1_001, 2), (100_000, 100)] {

@@ -132,3 +132,23 @@ fn keep_alive(stream: &TcpStream) -> io::Result<()> {
     sockopt::set_tcp_keepcnt(stream, 3)?;
     Ok(())
 }
+
+#[cfg(test)]
+#[cfg(unix)]
+mod tests {
+    use super::*;
+    use rustix::net::sockopt;
+    use std::net::TcpListener;
+
+    #[test]
+    fn a_server_that_says_nothing_is_asked_whether_it_lives() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap().to_string();
+        let line = TcpLine::connect(&address, Baud::B45450, Duration::from_secs(10)).unwrap();
+        assert!(sockopt::socket_keepalive(&line.stream).unwrap());
+        // Asked after 6 s of silence and three times, 2 s apart: a dead one is noticed within 12 s.
+        assert_eq!(sockopt::tcp_keepidle(&line.stream), Ok(Duration::from_secs(6)));
+        assert_eq!(sockopt::tcp_keepintvl(&line.stream), Ok(Duration::from_secs(2)));
+        assert_eq!(sockopt::tcp_keepcnt(&line.stream), Ok(3));
+    }
+}

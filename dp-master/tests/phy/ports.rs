@@ -159,6 +159,17 @@ fn a_server_that_closes_is_gone() {
 }
 
 #[test]
+fn a_server_that_breaks_the_connection_off_is_gone() {
+    let (_listener, far, mut port) = connected();
+    port.send(&[0xE5]).unwrap();
+    far.peek(&mut [0]).unwrap();
+    // Closed with an octet unread: the system resets the connection.
+    drop(far);
+    let error = port.receive(&mut [0; 8], PATIENCE).unwrap_err();
+    assert_eq!(error.kind(), PortErrorKind::Unplugged);
+}
+
+#[test]
 fn a_server_that_is_not_there_is_told_in_one_sentence() {
     let (listener, name) = server();
     drop(listener);
