@@ -368,6 +368,15 @@ fn a_peer_may_leave_and_come_back_without_an_error_at_our_end() {
 }
 
 #[test]
+fn telegrams_wait_for_a_peer_that_reads_late() {
+    let (mut near, far_path) = PseudoTerminal::open(BAUD).unwrap();
+    let mut peer = SerialLine::open(&far_path, BAUD, SerialOptions::default()).unwrap();
+    near.send(&[0xDC, 0x02, 0x02]).unwrap();
+    near.send(&[0xE5]).unwrap();
+    assert_eq!(read_exactly(&mut peer, 4), [0xDC, 0x02, 0x02, 0xE5]);
+}
+
+#[test]
 fn octets_fall_off_a_pseudo_terminal_that_nobody_reads() {
     let (mut near, _far_path) = PseudoTerminal::open(BAUD).unwrap();
     for _ in 0..200 {
