@@ -223,14 +223,15 @@ impl SerialLine {
             other => other,
         };
         let mut port = opened.map_err(|error| not_opened(path, baud, error))?;
-        if !pseudo && let Ok(offered) = port.baud_rate() {
-            if !is_near(offered, baud.bits_per_second()) {
-                return Err(PortError::BaudRefused {
-                    path: path.to_path_buf(),
-                    wanted: baud,
-                    offered,
-                });
-            }
+        if !pseudo
+            && let Ok(offered) = port.baud_rate()
+            && !is_near(offered, baud.bits_per_second())
+        {
+            return Err(PortError::BaudRefused {
+                path: path.to_path_buf(),
+                wanted: baud,
+                offered,
+            });
         }
         match options.rts {
             Rts::Leave => {}
@@ -499,6 +500,7 @@ mod tests {
         }
     }
 
+    #[cfg(unix)]
     #[test]
     fn what_the_system_says_of_a_port_is_told_as_what_can_be_done_about_it() {
         let path = Path::new("/dev/x");
