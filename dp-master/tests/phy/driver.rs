@@ -441,7 +441,7 @@ fn what_cannot_be_opened_says_why_in_one_sentence() {
 
     let file = scratch.join("file");
     std::fs::write(&file, b"text").unwrap();
-    for path in [file.as_path(), Path::new("/dev/null")] {
+    for path in [file.as_path(), Path::new("/dev/null"), scratch.0.as_path()] {
         let error = SerialLine::open(path, BAUD, SerialOptions::default()).unwrap_err();
         assert!(matches!(error, PortError::NotASerialPort { .. }), "{error}");
         assert_eq!(error.to_string(), format!("{} is no serial port", path.display()));
