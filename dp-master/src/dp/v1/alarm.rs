@@ -309,6 +309,23 @@ mod tests {
         }
     }
 
+    /// Bits of DPV1_Status_2: 80 pull and plug, 40 process, 20 diagnosis, 10 of the manufacturer, 08 status, 04 update.
+    #[test]
+    fn sets_of_alarm_types_are_joined_and_compared() {
+        let both = AlarmTypes::PROCESS.with(AlarmTypes::DIAGNOSIS);
+        assert_eq!(both, AlarmTypes(0x60));
+        assert_eq!(both.with(AlarmTypes::DIAGNOSIS), both);
+        for (other, all) in [
+            (AlarmTypes::NONE, true),
+            (AlarmTypes::PROCESS, true),
+            (both, true),
+            (AlarmTypes::STATUS, false),
+            (AlarmTypes::DIAGNOSIS.with(AlarmTypes::UPDATE), false),
+        ] {
+            assert_eq!(both.contains_all(other), all, "{other:?}");
+        }
+    }
+
     #[test]
     fn sixty_octets_of_data_do_not_fit() {
         let alarm = |data| Alarm {
