@@ -62,3 +62,32 @@ impl Default for V1Capabilities {
 
 /// Most MSAC2 connections of one slave; each has its own buffers, held in place.
 pub const MAX_CONNECTIONS: usize = 4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Records, alarms or the 1 ms watchdog: each of them needs DPV1_Status; connections need nothing of it.
+    #[test]
+    fn each_capability_of_class_1_alone_makes_user_parameters_of_dp_v1() {
+        let none = V1Capabilities::NONE;
+        let c1_read_write = Support::Supported;
+        let watchdog_1ms = Support::Supported;
+        let alarms = AlarmTypes::UPDATE;
+        for (capabilities, has_status) in [
+            (none, false),
+            (V1Capabilities { c1_read_write, ..none }, true),
+            (V1Capabilities { watchdog_1ms, ..none }, true),
+            (V1Capabilities { alarms, ..none }, true),
+            (
+                V1Capabilities {
+                    c2_connections: 2,
+                    ..none
+                },
+                false,
+            ),
+        ] {
+            assert_eq!(capabilities.has_status(), has_status, "{capabilities:?}");
+        }
+    }
+}

@@ -263,3 +263,29 @@ pub struct Resource {
     /// Least Send_Timeout of the slave.
     pub send_timeout: SendTimeout,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_feature_is_contained_when_all_its_bits_are() {
+        let three = Features(0x0301);
+        assert!(three.contains(Features::READ_WRITE) && three.contains(three));
+        assert!(!Features::READ_WRITE.contains(three));
+        assert!(!Features::default().contains(Features::READ_WRITE));
+    }
+
+    #[test]
+    fn a_send_timeout_counts_in_ten_milliseconds() {
+        let timeout = SendTimeout(150);
+        assert_eq!(timeout.time(), Duration::from_millis(1_500));
+        assert_eq!(timeout.twice(), Duration::from_millis(3_000));
+    }
+
+    #[test]
+    fn an_address_is_never_empty() {
+        assert!(!DeviceAddress::DEVICE.is_empty());
+        assert_eq!(DeviceAddress::DEVICE.len(), 2);
+    }
+}

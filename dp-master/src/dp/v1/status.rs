@@ -187,4 +187,29 @@ mod tests {
             assert_eq!(AlarmMode::from_code(code).code(), code);
         }
     }
+
+    /// IEC 61158-6-3: DPV1_Status_1 bit 7 DPV1_Enable, bit 6 Fail_Safe, bit 2 WD_Base_1ms; DPV1_Status_2 bits 7…2 alarms;
+    /// DPV1_Status_3 bits 2…0 Alarm_Mode.
+    #[test]
+    fn what_is_set_leaves_the_other_bits_as_they_are() {
+        let every = V1Status([0xFF; 3]).with_alarms(AlarmTypes::DIAGNOSIS, AlarmMode::Two);
+        assert_eq!(every.octets(), [0xFF, 0x23, 0xF9]);
+        let none = V1Status([0; 3]).with_alarms(AlarmTypes(0xFF), AlarmMode::ThirtyTwo);
+        assert_eq!(none.octets(), [0x00, 0xFC, 0x07]);
+        assert_eq!(V1Status([0x84, 1, 2]).with_watchdog_1ms().octets(), [0x84, 1, 2]);
+        assert_eq!(V1Status([0x80, 1, 2]).with_watchdog_1ms().octets(), [0x84, 1, 2]);
+    }
+
+    #[test]
+    fn each_bit_of_the_first_octet_is_read_alone() {
+        for bit in 0..8 {
+            for (octet, set) in [(1 << bit, true), (!(1 << bit), false)] {
+                let status = V1Status([octet, 0xFF, 0]);
+                assert_eq!(status.enabled(), (bit == 7) == set, "{octet:02X}");
+                assert_eq!(status.fail_safe(), (bit == 6) == set, "{octet:02X}");
+                assert_eq!(status.watchdog_1ms(), (bit == 2) == set, "{octet:02X}");
+                assert_eq!(status.alarms(), AlarmTypes::ALL);
+            }
+        }
+    }
 }
