@@ -204,7 +204,7 @@ fn the_request_ends_with_data_exchange() {
 #[test]
 fn what_is_no_request_of_msac1_is_refused_by_cause() {
     let mut bench = bench();
-    let table: [(&[u8], [u8; 4]); 9] = [
+    let table: [(&[u8], [u8; 4]); 10] = [
         // Slot 255 is reserved.
         (&[0x5E, 255, 1, 8], [0xDE, 0x80, 0xB2, 0]),
         (&[0x5F, 255, 1, 1, 0], [0xDF, 0x80, 0xB2, 0]),
@@ -216,6 +216,8 @@ fn what_is_no_request_of_msac1_is_refused_by_cause() {
         (&[0x51, 1, 1, 1, 0], [0xD1, 0x80, 0xA9, 0]),
         (&[0x48], [0xC8, 0x80, 0xA9, 0]),
         (&[0x5D, 1, 2, 3], [0xDD, 0x80, 0xA9, 0]),
+        // A function with the bit of a negative response already.
+        (&[0xDE, 1, 1, 1], [0xDE, 0x80, 0xA9, 0]),
         (&[0x00], [0x80, 0x80, 0xA9, 0]),
     ];
     for (request, refusal) in table {
