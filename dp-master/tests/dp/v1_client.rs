@@ -11,8 +11,8 @@ use dp_master::dp::v1::{
     V1Failure, V1Service, V1Status, alarms_of, reason,
 };
 use dp_master::dp::{
-    JobFailure, MAX_JOBS, MasterConfig, MasterEvent, Mode, Octets, SlaveConfig, SlaveEvent, SlaveIdentity, SlaveState,
-    Support,
+    JobFailure, JobRequest, MAX_JOBS, MasterConfig, MasterEvent, Mode, Octets, SlaveConfig, SlaveEvent, SlaveIdentity,
+    SlaveState, Support,
 };
 use dp_master::fdl::{BusParams, ResponderUser, Response};
 use dp_master::phy::Disturbance;
@@ -460,6 +460,31 @@ fn idle_keeps_a_connection_for_minutes_and_a_request_may_come_at_any_time() {
     // Once a second and never needlessly more often.
     assert!((120..=150).contains(&idles), "{idles} Idle in 147 s");
     assert_eq!(line.slave_events(0).len(), 1, "opened and never closed");
+}
+
+#[test]
+fn idle_is_due_a_send_timeout_after_the_last_answer_and_not_sent_sooner() {
+    let mut line = tool_line(1);
+    let mut client = opened(&mut line);
+    let due = line.now + client.connected().unwrap().send_timeout.time();
+    assert_eq!(client.poll_timeout(), Some(due));
+    line.step();
+    assert_eq!(client.step(line.master.jobs(), line.now), None);
+    assert_eq!(client.poll_timeout(), Some(due), "nothing is under way");
+    // 240 octets are the most.
+    let most = client.write(line.master.jobs(), 0, 1, &[0; 240]);
+    assert_eq!(most, Ok(()));
+}
+
+#[test]
+fn without_a_place_for_its_job_idle_is_tried_again_soon() {
+    let mut line = tool_line(1);
+    let mut client = opened(&mut line);
+    let due = client.poll_timeout().unwrap();
+    while line.master.jobs().submit(&JobRequest::fdl_status(SLAVE)).is_ok() {}
+    assert_eq!(client.step(line.master.jobs(), due), None);
+    // 10 ms are a hundredth of the least Send_Timeout.
+    assert_eq!(client.poll_timeout(), Some(due + Duration::from_millis(10)));
 }
 
 #[test]
