@@ -230,6 +230,31 @@ fn two_hundred_and_forty_octets_of_data_are_the_most() {
     assert!(write(&data[..1]).encode(&mut [0; 4]).is_err());
 }
 
+/// An Initiate has 12 octets, types and lengths of the addresses 4, and these ones 2 + 8 + the MAC address; a telegram has room for 244.
+#[test]
+fn addresses_may_be_as_long_as_a_telegram() {
+    let mac = [0x5A; 219];
+    let initiate = |length| {
+        let source = DeviceAddress::Remote {
+            api: 1,
+            scl: 2,
+            network: [0; 6],
+            mac: &mac[..length],
+        };
+        let destination = DeviceAddress::DEVICE;
+        Request::Initiate(Initiate {
+            send_timeout: SendTimeout(1000),
+            features: Features::READ_WRITE,
+            profile_features: 0,
+            profile_ident: 0,
+            addresses: Addresses { source, destination },
+        })
+    };
+    assert_eq!(initiate(218).encode(&mut [0; 300]), Ok(244));
+    let too_long = EncodePduError { max: 244, got: 245 };
+    assert_eq!(initiate(219).encode(&mut [0; 300]), Err(too_long));
+}
+
 /// API, SCL, and network and MAC address of one in another network.
 type AnyAddress = (u8, u8, Option<([u8; 6], Vec<u8>)>);
 
