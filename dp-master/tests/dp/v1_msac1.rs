@@ -137,6 +137,17 @@ fn an_application_that_does_not_answer_in_time_is_busy() {
 }
 
 #[test]
+fn a_slave_that_is_called_late_gives_a_request_up_all_the_same() {
+    let mut bench = bench();
+    bench.c1(&READ);
+    let id = bench.request().id;
+    // The default of C1_Response_Timeout is 1 s.
+    let late = bench.now + Duration::from_millis(1_300);
+    bench.slave.handle_timeout(late);
+    assert_eq!(bench.slave.respond_v1(late, id, Ok(&[1])), Err(V1RequestGone));
+}
+
+#[test]
 fn only_the_parametrising_master_gets_in() {
     let mut bench = bench();
     assert_eq!(bench.ask(TOOL, sap::MSAC1, sap::MSAC1, &READ), RS);
@@ -244,6 +255,7 @@ fn the_watchdog_counts_milliseconds_when_the_master_says_so() {
     let mut bench = Bench::new(capabilities());
     bench.set_prm(0x88, [20, 1], &[0x84, 0, 0]);
     assert_eq!(bench.slave.watchdog().unwrap().time(), Duration::from_millis(20));
+    assert_eq!(bench.slave.v1_status().octets(), [0x84, 0, 0]);
     bench.ask(OWNER, sap::CHK_CFG, sap::MASTER, &[0x20]);
     bench.wait(19);
     assert_eq!(bench.slave.phase(), SlavePhase::DataExchange);
