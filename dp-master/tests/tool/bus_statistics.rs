@@ -1,7 +1,5 @@
 //! `dp sniff` on a line made by hand, where every figure is known: 500 kbit/s, so that a bit takes 2 µs and a character 22 µs.
 
-#![cfg(feature = "tool")]
-
 use dp_master::phy::{CaptureWriter, Direction, Trace};
 use dp_master::time::{Baud, Duration, Instant};
 use serde_json::{Value, json};

@@ -1,4 +1,5 @@
 //! The program `dp`, a file for each of its commands.
+#![cfg(feature = "tool")]
 #![allow(
     clippy::unwrap_used,
     reason = "clippy allows it in test functions only, not in their helpers"
