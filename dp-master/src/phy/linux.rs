@@ -80,7 +80,7 @@ const fn with_low_latency(flags: c_int) -> Option<c_int> {
     }
 }
 
-/// The mode is on, and RTS has its level while sending or else after it.
+/// The flags that switch the mode on, with RTS set while sending, or for an inverted adapter at all other times.
 const fn rs485_flags(on_send: RtsLevel) -> u32 {
     ENABLED
         | match on_send {
